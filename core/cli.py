@@ -1,0 +1,179 @@
+"""The command line: `graben run`, `demo`, `info` and `schema`."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+# The same input gives the same bytes only with one thread; to be said before numpy is loaded.
+for _library in ("OMP", "OPENBLAS", "MKL"):
+    os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
+
+import click  # noqa: E402
+
+from graben.errors import GrabenError, InputError, OutputError  # noqa: E402
+
+if TYPE_CHECKING:
+    from graben.pipeline import Progress
+
+_INTERRUPTED = 130
+
+
+def _common(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that every command has."""
+    for option in (
+        click.option("--debug", is_flag=True, help="Show the traceback of an error."),
+        click.option("-q", "--quiet", is_flag=True, help="Print errors only."),
+        click.option("-v", "--verbose", is_flag=True, help="Print more."),
+    ):
+        command = option(command)
+    return command
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="graben")
+def app() -> None:
+    """Check, repair and model geological faults and horizons."""
+
+
+@app.command()
+@click.argument("model", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder to make: absent or empty."
+)
+@click.option("--profile", type=click.Choice(["paper", "extended"]), default="extended", show_default=True)
+@click.option("--no-repair", is_flag=True, help="Model the input as it is.")
+@_common
+def run(
+    model: Path, output: Path, profile: str, no_repair: bool, verbose: bool, quiet: bool, debug: bool
+) -> None:
+    """Check, repair, check, and model every horizon of MODEL, a model.toml.
+
+    Exit code 0: the gate passes and every subdomain converged; 1: something is left, and the report says
+    what; 2: the input cannot be read.
+    """
+    from graben.output import require_free, whole_folder
+    from graben.pipeline import build
+    from graben.reading import read_model
+
+    require_free(output)
+    with _progress(quiet) as say:
+        say("read", str(model))
+        read = read_model(model)
+        result = build(read, profile, mend=not no_repair, progress=say)
+        from graben.reports.summary import summary
+        from graben.reports.writing import write_run
+
+        with whole_folder(output) as folder:
+            say("write", str(output))
+            write_run(result, folder)
+    if not quiet:
+        click.echo(summary(result, verbose=verbose))
+        click.echo(f"report: {output / 'report.html'}")
+    sys.exit(0 if result.passed else 1)
+
+
+@app.command()
+@click.argument("name", required=False)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder to make: absent or empty.")
+@click.option("--list", "listed", is_flag=True, help="Say which models there are.")
+@click.option("--step", type=float, default=100.0, show_default=True, help="Grid step of the horizon, m.")
+@click.option("--noise", type=float, default=0.0, show_default=True, help="Standard deviation of noise, m.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the noise.")
+@_common
+def demo(
+    name: str | None,
+    output: Path | None,
+    listed: bool,
+    step: float,
+    noise: float,
+    seed: int,
+    verbose: bool,
+    quiet: bool,
+    debug: bool,
+) -> None:
+    """Write the synthetic model NAME with its known answer."""
+    from graben.demo import build, names, write
+    from graben.output import whole_folder
+
+    if listed:
+        for key, sentence in names().items():
+            click.echo(f"{key:<12} {sentence}")
+        return
+    if name is None or output is None:
+        raise InputError("Say which model and where: graben demo NAME -o DIR; graben demo --list names them.")
+    made = build(name, step=step, noise=noise, seed=seed)
+    with whole_folder(output) as folder:
+        write(made, folder)
+    if not quiet:
+        click.echo(f"model: {output / 'model.toml'}")
+
+
+@app.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@_common
+def info(file: Path, verbose: bool, quiet: bool, debug: bool) -> None:
+    """Say what a surface FILE holds."""
+    from graben.info import describe
+
+    click.echo(str(describe(file)))
+
+
+@app.command()
+@_common
+def schema(verbose: bool, quiet: bool, debug: bool) -> None:
+    """Print the JSON Schemas of model.toml and report.json."""
+    import json
+
+    from graben.schema import schemas
+
+    click.echo(json.dumps(schemas(), indent=2))
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator[Progress]:
+    """Give a callable that shows the stage on a terminal, and does nothing when piped."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda stage, what: None
+        return
+    from rich.console import Console
+    from rich.markup import escape
+
+    with Console(stderr=True).status("") as status:
+        yield lambda stage, what: status.update(f"{stage:<12} {escape(what)}")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line; every error is one sentence on stderr and an exit code."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    try:
+        sys.exit(app.main(arguments, prog_name="graben", standalone_mode=False) or 0)
+    except click.Abort:
+        _fail("interrupted.", _INTERRUPTED)
+    except KeyboardInterrupt:
+        _fail("interrupted.", _INTERRUPTED)
+    except click.ClickException as error:
+        _fail(error.format_message(), 2)
+    except (GrabenError, OutputError) as error:
+        _fail(str(error), 2, "--debug" in arguments)
+    except (OSError, MemoryError) as error:
+        _fail(f"{type(error).__name__}: {error}", 2, "--debug" in arguments)
+    except Exception as error:
+        text = f"graben met an error of its own ({type(error).__name__}: {error}); --debug shows where."
+        _fail(text, 2, "--debug" in arguments)
+
+
+def _fail(sentence: str, code: int, show_traceback: bool = False) -> None:
+    if show_traceback:
+        traceback.print_exc()
+    click.echo("graben: " + " ".join(sentence.split()), err=True)
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

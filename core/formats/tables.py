@@ -1,0 +1,65 @@
+"""Cutoff tables (CSV)."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Protocol
+
+from graben.arrays import FloatArray
+from graben.formats.tsurf import Sign
+from graben.formats.tsurf_writer import in_convention
+
+COLUMNS = ("fault", "side", "s", "x", "y", "z", "throw", "heave")
+
+
+class CutoffLine(Protocol):
+    """A pair of cutoff lines: shapes (k,) for s, throw and heave, (k, 3) for hanging and foot."""
+
+    @property
+    def fault(self) -> str:
+        """Name of the fault."""
+
+    @property
+    def s(self) -> FloatArray:
+        """Distance along the first trace in plan."""
+
+    @property
+    def hanging(self) -> FloatArray:
+        """Hanging-wall cutoff, elevations."""
+
+    @property
+    def foot(self) -> FloatArray:
+        """Footwall cutoff, elevations."""
+
+    @property
+    def throw(self) -> FloatArray:
+        """Elevation of foot minus elevation of hanging."""
+
+    @property
+    def heave(self) -> FloatArray:
+        """Opening in the local direction of dip."""
+
+
+def write_cutoffs(path: Path, cutoffs: Iterable[CutoffLine], *, z: Sign = "elevation") -> None:
+    """Write cutoff lines: rows in pairs (hanging, foot) with the same s, throw and heave.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    cutoffs : iterable of CutoffLine
+        Elevations; the column z is written in the convention of ``z``, throw keeps its sign.
+    z : "elevation" or "depth"
+        How the file counts z.
+    """
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for line in cutoffs:
+            hanging, foot = in_convention(line.hanging, z).tolist(), in_convention(line.foot, z).tolist()
+            shared = zip(line.s.tolist(), line.throw.tolist(), line.heave.tolist(), strict=True)
+            for upper, lower, (s, throw, heave) in zip(hanging, foot, shared, strict=True):
+                writer.writerow((line.fault, "hanging", s, *upper, throw, heave))
+                writer.writerow((line.fault, "foot", s, *lower, throw, heave))

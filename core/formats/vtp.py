@@ -1,0 +1,35 @@
+"""VTK polygon files (.vtp)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from graben.formats.tsurf import Sign
+from graben.formats.tsurf_writer import in_convention
+from graben.surface import Surface
+
+
+def write_vtp(
+    path: Path, surface: Surface, *, z: Sign = "elevation", arrays: Mapping[str, ArrayLike] | None = None
+) -> None:
+    """Write a surface with named values at its vertices.
+
+    Parameters
+    ----------
+    path : Path
+        The file, ending in ``.vtp``.
+    surface : Surface
+        Elevations; written in the convention of ``z``.
+    z : "elevation" or "depth"
+        How the file counts z.
+    arrays : mapping of str to (n,) array, optional
+        Point arrays.
+    """
+    mesh = surface.with_vertices(in_convention(surface.vertices, z)).to_pyvista()
+    for name, values in (arrays or {}).items():
+        mesh.point_data[name] = np.asarray(values)
+    mesh.save(str(path))

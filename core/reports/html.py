@@ -1,0 +1,285 @@
+"""report.html: one file that works offline, on paper, in the dark and by keyboard."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from graben.arrays import FloatArray
+from graben.finding import CheckResult, Finding, Status
+from graben.modeling.results import HorizonResult, Subdomain
+from graben.reports.figures import convergence_figure, throw_figure
+from graben.reports.images import data_address
+from graben.reports.json_report import Files
+from graben.reports.plan_map import detail_window, map_figure
+from graben.reports.section import section_figure, section_place
+from graben.reports.style import Frame, placed, rounded
+from graben.reports.summary import horizon_line, plural, verdict
+from graben.reports.view3d import scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from graben.cleaning.ledger import RepairAction
+    from graben.pipeline import RunResult
+
+#: True throws at the rows of the cutoffs of each horizon, where a truth is known.
+Truth = Mapping[str, Sequence[FloatArray]]
+
+#: Bytes of all figures, so that the page with plotly.js (4.8 MB) and the 3D view stays below 10 MB.
+_FIGURES = 3_000_000
+_LARGEST_FIGURE = 300_000
+_MAP = 4  # times the bytes of another figure
+#: Meshes of more triangles are too large as drawings.
+_DRAWN = 12_000
+#: A section reaches this many gammas to each side.
+_SECTION = 2.0
+_MOST_SECTIONS = 4
+_MARGIN = 2.0  # of a detail map, gammas
+
+
+@dataclass(frozen=True)
+class _Picture:
+    source: str
+    alt: str
+    caption: str
+
+
+def report_html(result: RunResult, files: Files, truth: Truth | None = None) -> str:
+    """Return report.html of a run.
+
+    Parameters
+    ----------
+    result : RunResult
+        A finished run.
+    files : mapping of str to mapping of str to str
+        For each horizon the files written for it: what the file is -> path relative to the report.
+    truth : mapping of str to sequence of (k,) arrays, optional
+        For a horizon the true throws at the rows of its cutoffs.
+
+    Returns
+    -------
+    str
+        The page. Only the timings and the peak memory differ between two runs on the same input.
+    """
+    import jinja2
+    from markupsafe import Markup
+    from plotly.offline import get_plotlyjs
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("graben.reports"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    source = environment.loader.get_source if environment.loader else None
+    assert source is not None
+    view = scene(result)
+    page = environment.get_template("report.html").render(
+        **_page(result, files, truth or {}),
+        scene=view,
+        colourings=[(k, c["label"]) for k, c in view.colourings.items()] if view else [],
+        css=Markup(source(environment, "report.css")[0]),
+        javascript=Markup(source(environment, "view3d.js")[0]),
+        plotly=Markup(get_plotlyjs()),
+    )
+    return page + "\n"
+
+
+def _page(result: RunResult, files: Files, truth: Truth) -> dict[str, Any]:
+    """Return what the template shows, all of it plain text."""
+    model, frame = result.model, Frame.of(result.model)
+    step = max((h.step for h in model.horizons), default=model.size / 100.0 or 1.0)
+    shares = sum(2 * _MAP + _MOST_SECTIONS + 2 if h.cutoffs else _MAP for h in result.horizons)
+    budget = _FIGURES // max(shares, 1)
+    facts = [
+        plural(len(model.horizons), "horizon"),
+        plural(len(model.faults), "fault"),
+        f"profile {result.after.profile}",
+    ]
+    facts += [f"unit {model.unit}", f"z is {model.z}", *([model.crs] if model.crs else [])]
+    return {
+        "title": model.name,
+        "passed": result.passed,
+        "verdict": verdict(result),
+        "facts": ", ".join(facts),
+        "unit": f" [{frame.unit}]" if frame.unit else "",
+        "horizons": [
+            _horizon(result, h, f"horizon-{k}", files.get(h.name, {}), truth.get(h.name, ()), budget)
+            for k, h in enumerate(result.horizons, start=1)
+        ],
+        "not_modeled": list(result.not_modeled.items()),
+        "horizon_warnings": [(h.name, w) for h in result.horizons for w in h.warnings],
+        "repaired": bool(result.repairs),
+        "before": _check(result.before, frame, step),
+        "after": _check(result.after, frame, step),
+        "repairs": [_repair(action, frame, step) for action in result.repairs],
+        "timings": [(stage.replace("_", " "), f"{s:.3f}") for stage, s in result.timings.items()],
+        "memory": f"{result.peak_memory_mb:.0f}",
+    }
+
+
+def _horizon(
+    run: RunResult,
+    result: HorizonResult,
+    anchor: str,
+    files: Mapping[str, str],
+    truth: Sequence[FloatArray],
+    budget: int,
+) -> dict[str, Any]:
+    frame = Frame.of(run.model)
+    score = [] if result.score is None else list(_SCORES.items())
+    sections = _sections(run, result, frame, budget)
+    return {
+        "name": result.name,
+        "anchor": anchor,
+        "line": horizon_line(result, frame),
+        "notes": [*result.horizon.notes, *result.warnings],
+        "figures": [
+            *sections[:1],
+            *_maps(run, result, frame, budget),
+            *_profiles(run, result, frame, truth, budget),
+        ],
+        "more_figures": sections[1:],
+        "subdomains": [_subdomain(s, frame, result.horizon.step) for s in result.subdomains],
+        "score": [
+            (label, rounded(getattr(result.score, key).value), f"{getattr(result.score, key).percent:.2f}")
+            for key, label in score
+        ],
+        "files": list(files.items()),
+    }
+
+
+_SCORES = {
+    "cutoff": "the cutoffs",
+    "throw": "the throw",
+    "zone": "the rebuilt zone",
+    "zone_input": "the same zone of the input",
+}
+
+
+def _maps(run: RunResult, result: HorizonResult, frame: Frame, budget: int) -> list[_Picture]:
+    drawing, share = len(result.surface.triangles) <= _DRAWN, _MAP * budget
+    what = f"Structure map of {result.name} in plan"
+    cut = f", cut by {', '.join(dict.fromkeys(c.fault for c in result.cutoffs))}" if result.cutoffs else ""
+    caption = f"Structure map, {frame.z_name}."
+    pictures = [_picture(map_figure(result, frame), f"{what}{cut}.", caption, share, drawing)]
+    window = detail_window(result, _MARGIN * _gamma(run, result))
+    if window is not None:
+        detail, alt = map_figure(result, frame, window), f"{what}, detail at the faults."
+        pictures.append(_picture(detail, alt, "The same, at the faults.", share, drawing))
+    return pictures
+
+
+def _sections(run: RunResult, result: HorizonResult, frame: Frame, budget: int) -> list[_Picture]:
+    """Return a section across each fault where its throw is largest, the fault of largest throw first."""
+    names = dict.fromkeys(c.fault for c in result.cutoffs)
+    places = [
+        place
+        for name in names
+        if (place := section_place(result, name, _gamma(run, result, name))) is not None
+    ]
+    places.sort(key=lambda place: -abs(float(place[0].throw[place[1]])))
+    pictures = []
+    for cutoff, row in places[:_MOST_SECTIONS]:
+        half = _SECTION * _gamma(run, result, cutoff.fault)
+        figure = section_figure(result, cutoff, row, run.repaired.faults, frame, half)
+        throw = frame.length(float(cutoff.throw[row]))
+        alt = f"Vertical section of {result.name} across {cutoff.fault} near its largest throw; here {throw}."
+        caption = f"Section across {cutoff.fault} near its largest throw, off other faults."
+        pictures.append(_picture(figure, alt, caption, budget))
+    return pictures
+
+
+def _profiles(
+    run: RunResult, result: HorizonResult, frame: Frame, truth: Sequence[FloatArray], budget: int
+) -> list[_Picture]:
+    pictures = []
+    if result.cutoffs:
+        figure = throw_figure(result, frame, truth)
+        pictures.append(
+            _picture(figure, f"Throw of {result.name} along its cutoffs.", "Throw and heave.", budget)
+        )
+    if any(s.history for s in result.subdomains):
+        figure = convergence_figure(result, run.model.tolerance, frame)
+        alt = f"Largest change of the cutoffs of {result.name} in each iteration."
+        pictures.append(_picture(figure, alt, "Largest change ε of a cut node in each iteration.", budget))
+    return pictures
+
+
+def _picture(figure: Figure, alt: str, caption: str, budget: int, drawing: bool = True) -> _Picture:
+    return _Picture(data_address(figure, min(budget, _LARGEST_FIGURE), drawing), alt, caption)
+
+
+def _gamma(run: RunResult, result: HorizonResult, fault: str | None = None) -> float:
+    """Return gamma of one fault or the largest on a horizon, model units."""
+    faults = [f for f in run.repaired.faults if fault in (None, f.name)]
+    return max((run.model.gamma(f, result.horizon) for f in faults), default=4.0 * result.horizon.step)
+
+
+def _subdomain(subdomain: Subdomain, frame: Frame, step: float) -> dict[str, Any]:
+    t = subdomain.termination
+    where = [] if t.fault is None else [f"{t.fault}, {t.side}" if t.side else t.fault]
+    if t.x is not None and t.y is not None and t.z is not None:
+        where.append(_place((t.x, t.y, t.z), frame, step))
+    if t.short_by is not None:
+        where.append(f"short by {frame.length(t.short_by)}")
+    return {
+        "id": subdomain.id,
+        "faults": ", ".join(subdomain.faults) or "none",
+        "unknowns": subdomain.unknowns,
+        "iterations": subdomain.iterations,
+        "type": int(t.type),
+        "name": t.name,
+        "advice": t.advice,
+        "where": "; ".join(where),
+        "displacement": rounded(subdomain.mean_displacement),
+        "deviation": rounded(subdomain.mean_deviation),
+        "remeshings": subdomain.remeshings,
+    }
+
+
+def _check(result: CheckResult, frame: Frame, step: float) -> dict[str, Any]:
+    rows = [(f.status, _finding(f, frame, step)) for f in result.findings]
+    open_ = (Status.FAIL, Status.WARN)
+    word = "Passed" if result.passed else "Not passed"
+    counts = ", ".join(f"{n} {status}" for status, n in result.counts().items() if n)
+    return {
+        "summary": f"{word} (profile {result.profile}): {counts or 'no finding'}.",
+        "open": [row for status in open_ for s, row in rows if s is status],
+        "rest": [row for s, row in rows if s not in open_],
+    }
+
+
+def _finding(finding: Finding, frame: Frame, step: float) -> dict[str, str]:
+    w = finding.worst
+    worst = "" if w is None else f"{rounded(w.value)} {w.unit} at {_place((w.x, w.y, w.z), frame, step)}"
+    return {
+        "status": str(finding.status),
+        "check": finding.check,
+        "objects": ", ".join(finding.objects),
+        "count": str(finding.count or ""),
+        "message": finding.message,
+        "remedy": finding.remedy,
+        "worst": worst,
+    }
+
+
+def _repair(action: RepairAction, frame: Frame, step: float) -> dict[str, str]:
+    return {
+        "action": str(action.action),
+        "check": str(action.check),
+        "objects": ", ".join(action.objects),
+        "count": str(action.count),
+        "move": rounded(action.max_move),
+        "place": "" if action.place is None else _place(action.place, frame, step),
+        "reason": action.reason,
+    }
+
+
+def _place(place: tuple[float, float, float], frame: Frame, step: float) -> str:
+    """Return a place in the model's own convention of z."""
+    x, y, z = (placed(value, step) for value in (place[0], place[1], frame.z_factor * place[2]))
+    return f"x {x}, y {y}, {frame.z_name} {z}"

@@ -1,0 +1,127 @@
+"""report.json of a run, strictly valid JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from graben.cleaning.ledger import RepairAction
+    from graben.modeling.results import HorizonResult, Subdomain, Termination
+    from graben.pipeline import RunResult
+
+Files = Mapping[str, Mapping[str, str]]
+
+
+def run_report(result: RunResult, files: Files) -> dict[str, Any]:
+    """Return report.json of a run as plain dictionaries, lists, numbers and strings.
+
+    Parameters
+    ----------
+    result : RunResult
+        A finished run.
+    files : mapping of str to mapping of str to str
+        For each horizon the files written for it: what the file is -> path relative to the folder.
+
+    Returns
+    -------
+    dict
+        As the schema of report.json says; z counts as in the model file. Numbers that are not finite
+        are None. Only ``timings`` and ``peak_memory_mb`` differ between two runs on the same input.
+    """
+    factor = result.model.z_factor
+    report = {
+        "schema": 1,
+        "model": result.model.name,
+        "before": result.before.as_dict(),
+        "repairs": [_repair(action, factor) for action in result.repairs],
+        "after": result.after.as_dict(),
+        "horizons": [_horizon(h, files.get(h.name, {}), factor) for h in result.horizons],
+        "not_modeled": dict(result.not_modeled),
+        "timings": dict(result.timings),
+        "peak_memory_mb": result.peak_memory_mb,
+    }
+    plain: dict[str, Any] = strict(report)
+    return plain
+
+
+def as_text(report: Mapping[str, Any]) -> str:
+    """Return a report as the text of a JSON file."""
+    return json.dumps(strict(report), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def strict(value: Any) -> Any:
+    """Return a value with numpy numbers turned into Python's and those that are not finite into None.
+
+    >>> strict({"a": [1, float("nan")]})
+    {'a': [1, None]}
+    """
+    if isinstance(value, Mapping):
+        return {str(key): strict(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):  # numpy's arrays and numbers
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [strict(item) for item in value]
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    return value
+
+
+def _repair(action: RepairAction, factor: float) -> dict[str, Any]:
+    place = None if action.place is None else dict(zip("xyz", action.place, strict=True))
+    if place is not None:
+        place["z"] = factor * place["z"]
+    return {
+        "action": str(action.action),
+        "check": str(action.check),
+        "objects": list(action.objects),
+        "count": action.count,
+        "max_move": action.max_move,
+        "place": place,
+        "reason": action.reason,
+    }
+
+
+def _horizon(result: HorizonResult, files: Mapping[str, str], factor: float) -> dict[str, Any]:
+    score = {} if result.score is None else {"score": result.score.as_dict()}
+    return {
+        "name": result.name,
+        "files": dict(files),
+        "nodes": len(result.surface.vertices),
+        "unknowns": sum(s.unknowns for s in result.subdomains),
+        **score,
+        "subdomains": [_subdomain(s, factor) for s in result.subdomains],
+        "warnings": list(result.warnings),
+    }
+
+
+def _subdomain(subdomain: Subdomain, factor: float) -> dict[str, Any]:
+    return {
+        "id": subdomain.id,
+        "faults": list(subdomain.faults),
+        "nodes": subdomain.nodes,
+        "unknowns": subdomain.unknowns,
+        "iterations": subdomain.iterations,
+        "termination": _termination(subdomain.termination, factor),
+        "mean_displacement": subdomain.mean_displacement,
+        "mean_deviation": subdomain.mean_deviation,
+        "history": list(subdomain.history),
+        "remeshings": subdomain.remeshings,
+    }
+
+
+def _termination(termination: Termination, factor: float) -> dict[str, Any]:
+    t = termination
+    return {
+        "type": int(t.type),
+        "name": t.name,
+        "advice": t.advice,
+        "fault": t.fault,
+        "side": None if t.side is None else str(t.side),
+        "short_by": t.short_by,
+        "x": t.x,
+        "y": t.y,
+        "z": None if t.z is None else factor * t.z,
+    }

@@ -1,0 +1,131 @@
+"""The JSON Schemas of model.toml and of what graben writes as JSON."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graben.finding import Profile, Status
+from graben.settings import ModelFile
+
+_DRAFT = "https://json-schema.org/draft/2020-12/schema"
+_TEXT = {"type": "string"}
+_NUMBER = {"type": "number"}
+_COUNT = {"type": "integer", "minimum": 0}
+_FLAG = {"type": "boolean"}
+
+
+def schemas() -> dict[str, dict[str, Any]]:
+    """Return the JSON Schemas by what they describe: "model.toml", "report.json" and "check" (--json).
+
+    >>> sorted(schemas())
+    ['check', 'model.toml', 'report.json']
+    """
+    model = {"$schema": _DRAFT, **ModelFile.model_json_schema(), "title": "graben model.toml"}
+    check = {"$schema": _DRAFT, "title": "graben check", **_check()}
+    return {"model.toml": model, "report.json": _report(), "check": check}
+
+
+def _object(required: dict[str, Any], optional: dict[str, Any] | None = None) -> dict[str, Any]:
+    return {"type": "object", "required": list(required), "properties": {**required, **(optional or {})}}
+
+
+def _list(items: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "array", "items": items}
+
+
+def _or_null(schema: dict[str, Any]) -> dict[str, Any]:
+    return {"anyOf": [schema, {"type": "null"}]}
+
+
+def _check() -> dict[str, Any]:
+    """Return the schema of a verdict and its findings."""
+    worst = _object({"value": _NUMBER, "unit": _TEXT, "x": _NUMBER, "y": _NUMBER, "z": _NUMBER})
+    finding = _object(
+        {
+            "check": _TEXT,
+            "status": {"enum": [str(s) for s in Status]},
+            "objects": _list(_TEXT),
+            "count": _COUNT,
+            "worst": _or_null(worst),
+            "message": _TEXT,
+            "remedy": _TEXT,
+            "repairable": _FLAG,
+        }
+    )
+    return _object(
+        {
+            "schema": {"const": 1},
+            "profile": {"enum": [str(p) for p in Profile]},
+            "passed": _FLAG,
+            "findings": _list(finding),
+        }
+    )
+
+
+def _report() -> dict[str, Any]:
+    """Return the schema of report.json; what only a run knows is optional, since a repair writes one too."""
+    timings = ["check", "repair", "triangulate", "solve", "move", "deform", "write", "total", "per_iteration"]
+    body = _object(
+        {
+            "schema": {"const": 1},
+            "model": _TEXT,
+            "before": {"$ref": "#/$defs/check"},
+            "repairs": _list(_repair()),
+            "after": {"$ref": "#/$defs/check"},
+        },
+        {
+            "horizons": _list(_horizon()),
+            "timings": _object(dict.fromkeys(timings, _NUMBER)),
+            "peak_memory_mb": _NUMBER,
+        },
+    )
+    return {"$schema": _DRAFT, "title": "graben report.json", **body, "$defs": {"check": _check()}}
+
+
+def _repair() -> dict[str, Any]:
+    return _object(
+        {
+            "action": _TEXT,
+            "check": _TEXT,
+            "objects": _list(_TEXT),
+            "count": _COUNT,
+            "max_move": _or_null(_NUMBER),
+            "place": {"type": ["object", "array", "null"]},
+            "reason": _TEXT,
+        }
+    )
+
+
+def _horizon() -> dict[str, Any]:
+    termination = _object(
+        {"type": {"enum": [0, 1, 2, 3]}, "name": _TEXT, "advice": _TEXT},
+        {
+            "fault": _or_null(_TEXT),
+            "side": _or_null({"enum": ["hanging", "foot"]}),
+            **{key: _or_null(_NUMBER) for key in ("short_by", "x", "y", "z")},
+        },
+    )
+    subdomain = _object(
+        {
+            "id": _COUNT,
+            "faults": _list(_TEXT),
+            "unknowns": _COUNT,
+            "iterations": _COUNT,
+            "termination": termination,
+            "mean_displacement": _NUMBER,
+            "mean_deviation": _NUMBER,
+            "history": _list(_NUMBER),
+            "remeshings": _COUNT,
+        }
+    )
+    error = _object({"value": _NUMBER, "percent": _NUMBER})
+    return _object(
+        {
+            "name": _TEXT,
+            "files": {"type": "object", "additionalProperties": _TEXT},
+            "nodes": _COUNT,
+            "unknowns": _COUNT,
+            "subdomains": _list(subdomain),
+        },
+        {"score": _or_null(_object(dict.fromkeys(("cutoff", "throw", "zone", "zone_input"), error)))},
+    )

@@ -1,0 +1,191 @@
+"""A horizon rebuilt near the faults: paper Algorithm 2 from the cut graph on."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from graben.arrays import BoolArray, FloatArray, IntArray
+from graben.complexes import Complex
+from graben.model import Model
+from graben.modeling.advice import termination
+from graben.modeling.algebra import Backend, Cholmod
+from graben.modeling.cutoffs import cutoffs
+from graben.modeling.deformation import Deformation
+from graben.modeling.energy import EdgePattern
+from graben.modeling.guides import Guides
+from graben.modeling.iteration import Outcome, Problem, iterated
+from graben.modeling.movement import Lips, Role, guides_of, lips
+from graben.modeling.outline import Run, runs
+from graben.modeling.preparation import CutHorizon
+from graben.modeling.results import HorizonResult, Subdomain, Termination, TerminationType
+from graben.surface import Surface, edge_table
+
+#: The default length of the energy, in gammas of the widest zone of the subdomain (THEORY sect. 1).
+_LENGTH = 10.0
+_LOOSE = (
+    "Nothing holds this part of the horizon, which is left as it is: lower gamma for the faults around it, "
+    "or extend the horizon."
+)
+#: Corners of the outline nearer to an exit than this share of gamma slide with it.
+_REACH = 0.5
+
+
+def rebuilt(
+    model: Model, prepared: CutHorizon, network: Complex, backend: Backend | None = None
+) -> HorizonResult:
+    """Return the horizon rebuilt within gamma of the faults that cut it.
+
+    Parameters
+    ----------
+    model : Model
+        The model in its local frame.
+    prepared : CutHorizon
+        The horizon, cut open.
+    network : Complex
+        The common refinement of the model's faults.
+    backend : Backend, optional
+        Linear algebra; default CHOLMOD.
+    """
+    stage = _Stage.of(model, prepared, network, backend or Cholmod())
+    points = prepared.first.copy()
+    subdomains = [stage.solved(anchor.subdomain, points) for anchor in prepared.anchors]
+    cut, graph = prepared.cut, prepared.graph
+    side = np.zeros(len(cut.origin), dtype=np.int64)
+    side[stage.lips.copies] = stage.lips.sides
+    labels = cut.node_labels
+    used = labels >= 0
+    renumbered = np.cumsum(used) - 1
+    horizon = prepared.horizon
+    surfaces = [f.surface for f in model.faults]
+    return HorizonResult(
+        horizon=horizon,
+        surface=Surface(horizon.name, points[used], renumbered[cut.triangles]),
+        first=prepared.first[used],
+        subdomain=labels[used],
+        fixed=~prepared.unknown[used],
+        side=side[used],
+        block=prepared.block[used],
+        graph_faults=tuple(model.faults[f].name for f in prepared.faults),
+        graph=graph,
+        cutoffs=cutoffs(graph, cut, points, surfaces),
+        subdomains=tuple(subdomains),
+        warnings=prepared.warnings,
+        seconds={k: sum(s.seconds.get(k, 0.0) for s in subdomains) for k in ("solve", "move", "deform")},
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Stage:
+    """What all subdomains of a horizon share."""
+
+    model: Model
+    prepared: CutHorizon
+    backend: Backend
+    lips: Lips
+    guides: Guides
+    runs: list[Run]
+    border: BoolArray
+    sides: IntArray
+    edge_count: int
+
+    @staticmethod
+    def of(model: Model, prepared: CutHorizon, network: Complex, backend: Backend) -> _Stage:
+        cut, graph = prepared.cut, prepared.graph
+        lip = lips(graph, cut)
+        surfaces = [f.surface for f in model.faults]
+        gamma = max((model.gamma(model.faults[f], prepared.horizon) for f in prepared.faults), default=0.0)
+        guides = guides_of(graph, cut, lip, surfaces, prepared.horizon.surface, network, gamma)
+        outline = prepared.border()
+        border = np.zeros(len(cut.origin), dtype=bool)
+        border[outline] = True
+        exits = lip.copies[lip.roles == Role.EXIT]
+        runs_ = runs(prepared.first[:, :2], cut.origin, outline, prepared.unknown, exits, _REACH * gamma)
+        edges, sides = edge_table(cut.triangles)
+        return _Stage(model, prepared, backend, lip, guides, runs_, border, sides, len(edges))
+
+    def solved(self, label: int, points: FloatArray) -> Subdomain:
+        """Solve one subdomain and write its result into ``points`` (n, 3), positions of all copies."""
+        prepared = self.prepared
+        labels = prepared.cut.node_labels
+        names = prepared.anchors[label].faults
+        nodes = int((labels == label).sum())
+        unknowns = int((prepared.unknown & (labels == label)).sum())
+        mine = np.flatnonzero(labels[self.lips.copies] == label)
+        if not prepared.anchors[label].holds and len(mine):
+            loose = Termination(TerminationType.STAGNATION, "not anchored", _LOOSE)
+            return Subdomain(label, names, nodes, unknowns, 0, loose)
+        if len(mine) == 0:
+            return Subdomain(label, names, nodes, 0, 0, Termination(TerminationType.CONVERGED, "no cut"))
+        start = time.perf_counter()
+        local, problem = self._problem(label, mine)
+        parameters = self.model.parameters
+        outcome = iterated(problem, self.backend, parameters.max_iterations, parameters.acceleration)
+        points[local, :2] = outcome.points
+        points[local, 2] = outcome.values
+        seconds = dict(outcome.seconds)
+        seconds["solve"] = seconds.get("solve", 0.0)
+        seconds["setup"] = time.perf_counter() - start - sum(outcome.seconds.values())
+        return Subdomain(
+            id=label,
+            faults=names,
+            nodes=nodes,
+            unknowns=unknowns,
+            iterations=len(outcome.history),
+            termination=self._termination(outcome, mine, points),
+            mean_displacement=outcome.displacement,
+            mean_deviation=outcome.deviation,
+            history=outcome.history,
+            seconds=seconds,
+        )
+
+    def _problem(self, label: int, mine: IntArray) -> tuple[IntArray, Problem]:
+        """Return the subdomain in its own numbering: its nodes near the unknowns, and the problem."""
+        prepared, cut = self.prepared, self.prepared.cut
+        parameters = self.model.parameters
+        touched = prepared.unknown[cut.triangles].any(axis=1) & (cut.labels == label)
+        on_edge = np.zeros(self.edge_count, dtype=bool)
+        on_edge[self.sides[touched]] = True
+        near = on_edge[self.sides].any(axis=1) & (cut.labels == label)
+        local, flat = np.unique(cut.triangles[near], return_inverse=True)
+        index = np.full(len(cut.origin), -1)
+        index[local] = np.arange(len(local))
+        pattern = EdgePattern.of(flat.reshape(-1, 3), len(local))
+        points = prepared.first[local]
+        unknown = prepared.unknown[local]
+        nodes = index[self.lips.copies[mine]]
+        runs_ = [
+            Run(index[r.nodes], r.arcs, r.line, r.line_arcs) for r in self.runs if (index[r.nodes] >= 0).all()
+        ]
+        deformation = Deformation.of(
+            points[:, :2], pattern, unknown, self.border[local], nodes, runs_, self.backend
+        )
+        gammas = [
+            self.model.gamma(self.model.faults[f], prepared.horizon)
+            for f in np.unique(self.lips.faults[mine])
+        ]
+        problem = Problem(
+            points=points[:, :2],
+            pattern=pattern,
+            values=points[:, 2],
+            unknown=unknown,
+            cut=nodes,
+            guides=Guides(self.guides.lines[mine]),
+            deformation=deformation,
+            theta=parameters.theta,
+            length=parameters.length or _LENGTH * max(gammas),
+            tolerance=self.model.tolerance,
+        )
+        return local, problem
+
+    def _termination(self, outcome: Outcome, mine: IntArray, points: FloatArray) -> Termination:
+        if outcome.worst < 0:
+            return termination(outcome, self.model, None, None, None)
+        k = mine[outcome.worst]
+        role = Role(int(self.lips.roles[k]))
+        fault = self.model.faults[int(self.lips.faults[k, 0])].name
+        return termination(
+            outcome, self.model, role, (fault, int(self.lips.sides[k])), points[self.lips.copies[k]]
+        )

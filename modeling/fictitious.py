@@ -1,0 +1,55 @@
+"""The fictitious fault: a vertical wall on the outer boundary of a horizon (paper Sect. 3.1)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from graben.arrays import IntArray
+from graben.complexes import Complex
+from graben.modeling.refinement import refined
+from graben.surface import Surface, boundary_edges
+
+#: How far the wall reaches beyond the faults and the horizon, as a share of their height.
+_MARGIN = 0.1
+
+
+def fictitious_fault(horizon: Surface, network: Complex) -> Surface:
+    """Return W_fict: a vertical wall over the boundary of the horizon, past all depths of the faults.
+
+    Its triangles stand over the horizon's own boundary edges, so that the horizon's boundary lies on it.
+    """
+    rim = boundary_edges(horizon.triangles)
+    levels = np.concatenate([horizon.vertices[:, 2], network.vertices[:, 2]])
+    margin = _MARGIN * max(float(np.ptp(levels)), np.finfo(float).tiny)
+    nodes, local = np.unique(rim, return_inverse=True)
+    foot = horizon.vertices[nodes].copy()
+    head = foot.copy()
+    foot[:, 2], head[:, 2] = levels.min() - margin, levels.max() + margin
+    a, b = local.reshape(-1, 2).T
+    n = len(nodes)
+    triangles = np.concatenate([np.stack([a, b, b + n], axis=1), np.stack([a, b + n, a + n], axis=1)])
+    return Surface("W_fict", np.concatenate([foot, head]), triangles)
+
+
+def wall_edges(horizon: Surface, network: Complex) -> tuple[Complex, IntArray, IntArray]:
+    """Return the common refinement of the faults and W_fict, and the edges of W_i ∩ W_fict.
+
+    Returns
+    -------
+    complex : Complex
+        ``owner`` 0 for the faults, 1 for the wall.
+    edges : (e, 2) array
+        Vertex indices in it.
+    faults : (e,) array
+        The fault of each edge.
+    """
+    faults = Surface("faults", network.vertices, network.triangles)
+    both = refined([faults, fictitious_fault(horizon, network)])
+    edges, sides = both.edges()
+    of_wall = both.owner == 1
+    on_wall = np.zeros(len(edges), dtype=bool)
+    on_wall[sides[of_wall]] = True
+    side, owner = sides[~of_wall], network.owner[both.parent[~of_wall]]
+    count = int(network.owner.max(initial=0)) + 1
+    keys = np.unique((side * count + owner[:, None])[on_wall[side]])
+    return both, edges[keys // count], np.asarray(keys % count, dtype=np.int64)

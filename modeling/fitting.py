@@ -1,0 +1,305 @@
+"""Points become a surface: the nodes of a lattice fitted to scattered picks.
+
+The values u of the nodes minimize
+
+    1/2 sum over picks of a_p (u(p) - z_p)^2 + c^4 E_H(u),
+
+u(p) the linear interpolation in the triangle of pick p, a_p the share of pick p in the covered area, E_H the
+Hessian-like energy of :mod:`graben.modeling.energy` and c the length over which the picks are smoothed: one
+step, or more where the picks are noisy. Planes are reproduced whatever c.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import igl
+import numpy as np
+import shapely
+from scipy.optimize import brentq
+from scipy.sparse import csc_array
+
+from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats, ints
+from graben.errors import ModelingError
+from graben.modeling.algebra import Cholmod
+from graben.modeling.coverage import Coverage, covered, meshed
+from graben.modeling.energy import EdgePattern, assemble
+
+#: Points closer in plan than this share of the step are one.
+SAME_PLACE = 1e-6
+#: Greatest length c, in steps: the surface is then nearly a plane.
+MOST_SMOOTHING = 300.0
+#: The rms residual is brought to the noise within this share of it.
+NOISE_ACCURACY = 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class FittedSurface:
+    """A surface fitted to picks.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array
+        Model units.
+    triangles : (m, 3) array
+        Counter-clockwise in plan.
+    note : str
+        One sentence: what was done, and which picks were left out.
+    residuals : (p,) array
+        Pick minus surface in elevation, model units; NaN where a pick lies outside the surface.
+    smoothing : float
+        The length c, model units.
+    """
+
+    vertices: FloatArray
+    triangles: IntArray
+    note: str
+    residuals: FloatArray = field(default_factory=lambda: floats([]))
+    smoothing: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", floats(self.vertices, -1, 3))
+        object.__setattr__(self, "triangles", ints(self.triangles, -1, 3))
+        object.__setattr__(self, "residuals", floats(self.residuals))
+
+
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    """A plan frame in steps: the x axis along the longer side of the least rectangle about the picks."""
+
+    origin: FloatArray
+    axes: FloatArray
+    step: float
+
+    @staticmethod
+    def of(plan: FloatArray, step: float) -> _Frame:
+        # The least rectangle turns with the picks; its longer side says which way.
+        if len(plan) < 3:
+            raise ModelingError("there are fewer than three")
+        middle = (plan.min(axis=0) + plan.max(axis=0)) / 2.0
+        rectangle = shapely.MultiPoint(plan - middle).minimum_rotated_rectangle
+        if rectangle.area == 0:
+            raise ModelingError("they lie in one line in plan")
+        ring = shapely.get_coordinates(rectangle)
+        sides = np.diff(ring[:3], axis=0)
+        lengths = np.linalg.norm(sides, axis=1)
+        along = sides[np.argmax(lengths)] / lengths.max()
+        origin = middle + ring[:4].mean(axis=0)
+        return _Frame(floats(origin), floats([along, [-along[1], along[0]]]), step)
+
+    def local(self, plan: FloatArray) -> FloatArray:
+        return floats((plan - self.origin) @ self.axes.T / self.step)
+
+    def world(self, local: FloatArray) -> FloatArray:
+        return floats(self.origin + self.step * local @ self.axes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Places:
+    """Picks by place: plan positions in steps (k, 2), mean elevations and numbers of picks (k,).
+
+    ``spread`` (k,) is the sum of squares of the picks about the mean of their place, ``which`` (p,) the
+    place of each pick.
+    """
+
+    points: FloatArray
+    means: FloatArray
+    counts: FloatArray
+    spread: FloatArray
+    which: IntArray
+
+    @staticmethod
+    def of(local: FloatArray, z: FloatArray) -> _Places:
+        keys = np.round(local / SAME_PLACE).astype(np.int64)
+        which = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+        counts = np.bincount(which).astype(np.float64)
+        points = np.stack([np.bincount(which, local[:, c]) / counts for c in range(2)], axis=1)
+        means = np.bincount(which, z) / counts
+        spread = np.bincount(which, (z - means[which]) ** 2)
+        return _Places(floats(points), floats(means), floats(counts), floats(spread), ints(which))
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """The least-squares problem of places on a mesh, in steps; its matrices share one pattern."""
+
+    corners: IntArray
+    weights: FloatArray
+    data: csc_array
+    energy: csc_array
+    load: FloatArray
+
+    @staticmethod
+    def of(
+        points: FloatArray,
+        triangles: IntArray,
+        *,
+        faces: IntArray,
+        weights: FloatArray,
+        shares: FloatArray,
+        values: FloatArray,
+    ) -> _Problem:
+        """Set up the problem of places in the triangles ``faces`` (k,), barycentric ``weights`` (k, 3)."""
+        pattern = EdgePattern.of(triangles, len(points))
+        corners, sides = triangles[faces], pattern.edge_slots[pattern.sides[faces]]
+        diagonal, pairs, load = np.zeros(len(points)), np.zeros(pattern.pair_count), np.zeros(len(points))
+        for c in range(3):
+            own = shares * weights[:, c]
+            beside = shares * weights[:, (c + 1) % 3] * weights[:, (c + 2) % 3]
+            diagonal += np.bincount(corners[:, c], own * weights[:, c], minlength=len(diagonal))
+            pairs += np.bincount(sides[:, c], beside, minlength=len(pairs))
+            load += np.bincount(corners[:, c], own * values, minlength=len(load))
+        energy = assemble(points, pattern, theta=1.0, length=1.0)
+        return _Problem(corners, weights, pattern.matrix(diagonal, pairs), energy, floats(load))
+
+    def matrix(self, smoothing: float) -> csc_array:
+        """Return the matrix for a length c, in steps."""
+        result = self.energy.copy()
+        result.data = self.data.data + smoothing**4 * self.energy.data
+        return result
+
+    def at_places(self, nodes: FloatArray) -> FloatArray:
+        """Return the surface's values at the places."""
+        return floats((nodes[self.corners] * self.weights).sum(axis=1))
+
+
+def fit_points(picks: FloatArray, step: float, noise: float = 0.0, name: str = "") -> FittedSurface:
+    """Fit a surface to picks; see the head of the module for what is minimized.
+
+    The area is that of :mod:`graben.modeling.coverage`. Inside it lies a hexagonal lattice with one node on
+    step^2, its rows along the longer side of the least rectangle about the picks in plan, a node in the
+    middle of that rectangle: so the result turns and moves with the picks. Picks at one place count as one,
+    with the mean of their elevations.
+
+    Parameters
+    ----------
+    picks : (p, 3) array
+        x, y, elevation, model units. Those with coordinates that are not finite are left out.
+    step : float
+        Node spacing, model units.
+    noise : float
+        Standard deviation of the picks, model units; when positive, c is raised above one step until the
+        rms residual equals it.
+    name : str
+        Name of the horizon, for messages.
+
+    Raises
+    ------
+    ModelingError
+        When the picks do not span a surface: fewer than three, in one line, or too far from each other.
+    """
+    picks = floats(picks, -1, 3)
+    finite = np.isfinite(picks).all(axis=1)
+    plan, z = floats(picks[finite, :2]), floats(picks[finite, 2])
+    try:
+        frame = _Frame.of(plan, step)
+        places = _Places.of(frame.local(plan), z)
+        coverage = covered(places.points)
+        points, triangles = _mesh(coverage)
+        nodes, at_places, smoothing = _fitted(points, triangles, places, coverage.shares, noise)
+    except ModelingError as error:
+        whose = f" of horizon {name!r}" if name else ""
+        reason = str(error).rstrip(".")
+        raise ModelingError(f"No surface can be fitted to the points{whose}: {reason}.") from None
+    residuals = np.full(len(picks), np.nan)
+    residuals[finite] = z - at_places[places.which]
+    return FittedSurface(
+        vertices=np.column_stack([frame.world(points), nodes]),
+        triangles=triangles,
+        note=_note(residuals, coverage, len(points), step, smoothing * step),
+        residuals=floats(residuals),
+        smoothing=smoothing * step,
+    )
+
+
+def _mesh(coverage: Coverage) -> tuple[FloatArray, IntArray]:
+    points, triangles, count = [], [], 0
+    for part in coverage.parts:
+        own_points, own_triangles = meshed(part)
+        points.append(own_points)
+        triangles.append(own_triangles + count)
+        count += len(own_points)
+    return floats(np.concatenate(points)), ints(np.concatenate(triangles))
+
+
+def _fitted(
+    points: FloatArray, triangles: IntArray, places: _Places, shares: FloatArray, noise: float
+) -> tuple[FloatArray, FloatArray, float]:
+    """Return the values of the nodes, those at the places (NaN outside the mesh), and c in steps."""
+    faces, weights, inside = _located(points, triangles, places.points)
+    used = np.flatnonzero(inside & (shares > 0))
+    # What is left of a plane is small, and the plane itself is kept to rounding.
+    design = np.column_stack([np.ones(len(places.points)), places.points])
+    plane = np.linalg.lstsq(design[used], places.means[used], rcond=None)[0]
+    rest = places.means - design @ plane
+    problem = _Problem.of(
+        points,
+        triangles,
+        faces=faces[used],
+        weights=weights[used],
+        shares=shares[used],
+        values=rest[used],
+    )
+    analysis = Cholmod().analyse(problem.energy)
+    counts, spread = places.counts[used], float(places.spread[used].sum())
+
+    def solved(smoothing: float) -> FloatArray:
+        return analysis.factor(problem.matrix(smoothing)).solve(problem.load)
+
+    def rms(smoothing: float) -> float:
+        misfit = rest[used] - problem.at_places(solved(smoothing))
+        return float(np.sqrt((counts @ misfit**2 + spread) / counts.sum()))
+
+    smoothing = 1.0 if noise <= 0 else _smoothing_for(noise, rms)
+    nodes = solved(smoothing)
+    at_places = (nodes[triangles[faces]] * weights).sum(axis=1) + design @ plane
+    at_places[~inside] = np.nan
+    return floats(nodes + plane[0] + points @ plane[1:]), floats(at_places), smoothing
+
+
+def _smoothing_for(noise: float, rms: Callable[[float], float]) -> float:
+    """Return the length c in steps, from 1 to MOST_SMOOTHING, at which the rms residual is the noise."""
+    low, high = 0.0, np.log(MOST_SMOOTHING)
+
+    def excess(logarithm: float) -> float:
+        return float(np.log(rms(float(np.exp(logarithm))) / noise))
+
+    if excess(low) >= 0:
+        return 1.0
+    if excess(high) <= 0:
+        return MOST_SMOOTHING
+    # The residual grows at most like c^4.
+    return float(np.exp(brentq(excess, low, high, xtol=NOISE_ACCURACY / 4.0)))
+
+
+def _located(
+    points: FloatArray, triangles: IntArray, places: FloatArray
+) -> tuple[IntArray, FloatArray, BoolArray]:
+    """Return the triangle of each place, its barycentric coordinates there, and whether it lies inside."""
+    squares, faces, _ = igl.point_mesh_squared_distance(
+        np.pad(places, ((0, 0), (0, 1))), np.pad(points, ((0, 0), (0, 1))), np.array(triangles)
+    )
+    a, b, c = (points[triangles[faces, k]] for k in range(3))
+    double_area = _cross(b - a, c - a)
+    weight_a = _cross(b - places, c - places) / double_area
+    weight_b = _cross(c - places, a - places) / double_area
+    weights = np.stack([weight_a, weight_b, 1.0 - weight_a - weight_b], axis=1)
+    return ints(faces), floats(weights), bools(squares <= SAME_PLACE**2)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], dtype=np.float64)
+
+
+def _note(residuals: FloatArray, coverage: Coverage, nodes: int, step: float, smoothing: float) -> str:
+    used = np.isfinite(residuals)
+    rms = float(np.sqrt(np.mean(residuals[used] ** 2)))
+    text = f"{nodes} nodes at a step of {step:.6g} fitted to {used.sum()} points, rms residual {rms:.3g}"
+    if smoothing > step:
+        text += f", smoothed over {smoothing:.3g}"
+    if not used.all():
+        text += f"; {(~used).sum()} points that stand alone or are not finite left out"
+    if coverage.left_out:
+        text += f"; {coverage.left_out} small parts of the area left out"
+    return text + "."

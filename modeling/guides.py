@@ -1,0 +1,281 @@
+"""Guides: the lines in space along which the nodes of the cut move (paper Sect. 6, Table 1).
+
+Whatever the type of a node, it moves along a line on its fault: the rim of the fault, its intersection
+with another fault or with the outer boundary, or, inside a sub-edge, the section of the fault by the
+vertical plane through the node along its direction v(t). Each is followed from the node upwards and
+downwards as long as the elevation changes one way; the node's place at elevation z is then unique.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+
+from graben.arrays import BoolArray, FloatArray, IntArray, floats
+from graben.surface import Surface, edge_sharing, edge_table
+
+#: Elevation steps below this share of the size of the surface are rounding, not dip.
+_FLAT = 1e-12
+#: Distance, as a share of the size of the surface, at which the triangle of a point is looked up.
+_AHEAD = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class Guides:
+    """Lines of growing elevation, one for each node.
+
+    Parameters
+    ----------
+    lines : (n, k, 3) array
+        x, y, elevation; each line is padded at its end with its last point.
+    """
+
+    lines: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lines", floats(self.lines))
+
+    @staticmethod
+    def of(lines: list[FloatArray]) -> Guides:
+        """Return guides of polylines of any number of points, shape (k_i, 3) each, elevation growing."""
+        most = max((len(line) for line in lines), default=1)
+        padded = [np.concatenate([line, np.repeat(line[-1:], most - len(line), axis=0)]) for line in lines]
+        return Guides(np.array(padded).reshape(len(lines), most, 3))
+
+    @property
+    def low(self) -> FloatArray:
+        """The lowest elevation of each guide, shape (n,)."""
+        return self.lines[:, 0, 2]
+
+    @property
+    def high(self) -> FloatArray:
+        """The highest elevation of each guide, shape (n,)."""
+        return self.lines[:, -1, 2]
+
+    def clipped(self, z: FloatArray) -> FloatArray:
+        """Return elevations brought into the range of the guides, shape (n,)."""
+        return np.clip(z, self.low, self.high)
+
+    def excess(self, z: FloatArray) -> FloatArray:
+        """Return by how much each elevation lies beyond its guide, shape (n,): positive above it."""
+        return np.asarray(z - self.clipped(z), dtype=np.float64)
+
+    def places(self, z: FloatArray) -> FloatArray:
+        """Return the plan position of each node at elevation z, shape (n, 2); clipped at the ends."""
+        z = self.clipped(z)
+        levels = self.lines[:, :, 2]
+        last = levels.shape[1] - 1
+        if last == 0:
+            return self.lines[:, 0, :2].copy()
+        k = np.clip((levels <= z[:, None]).sum(axis=1) - 1, 0, last - 1)
+        rows = np.arange(len(z))
+        a, b = self.lines[rows, k], self.lines[rows, k + 1]
+        rise = b[:, 2] - a[:, 2]
+        share = np.where(rise > 0, (z - a[:, 2]) / np.where(rise > 0, rise, 1.0), 0.0)
+        return np.asarray(a[:, :2] + share[:, None] * (b[:, :2] - a[:, :2]), dtype=np.float64)
+
+    def directions(self, z: FloatArray) -> FloatArray:
+        """Return the plan direction of each guide around elevation z, upwards; zero where it is vertical.
+
+        Shape (n, 2), unit vectors.
+        """
+        levels = self.lines[:, :, 2]
+        last = levels.shape[1] - 1
+        if last == 0:
+            return np.zeros((len(z), 2))
+        k = np.clip((levels <= z[:, None]).sum(axis=1) - 1, 0, last - 1)
+        k = np.where(
+            levels[np.arange(len(z)), np.minimum(k + 1, last)] > levels[np.arange(len(z)), k], k, k - 1
+        )
+        rows = np.arange(len(z))
+        way = self.lines[rows, np.minimum(k + 1, last)] - self.lines[rows, np.maximum(k, 0)]
+        length = np.linalg.norm(way, axis=1)
+        plan = np.hypot(way[:, 0], way[:, 1])
+        steep = plan <= 1e-9 * np.maximum(length, np.finfo(float).tiny)
+        return np.where(steep[:, None], 0.0, way[:, :2] / np.where(steep, 1.0, plan)[:, None])
+
+
+def branch(line: FloatArray, point: FloatArray, scale: float) -> FloatArray:
+    """Return the part of a polyline around a point in which the elevation grows one way, shape (k, 3).
+
+    Parameters
+    ----------
+    line : (m, 3) array
+        A polyline; a closed one repeats its first point.
+    point : (3,) array
+        A point on it, to rounding.
+    scale : float
+        Size of the surface, model units, against which rounding is judged.
+    """
+    a, b = line[:-1], line[1:]
+    way = b - a
+    share = ((point - a) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), np.finfo(float).tiny)
+    share = np.clip(share, 0.0, 1.0)
+    k = int(np.argmin(((a + share[:, None] * way - point) ** 2).sum(axis=1)))
+    closed = bool((line[0] == line[-1]).all())
+    ahead = np.concatenate([line[k + 1 :], line[1 : k + 1]]) if closed else line[k + 1 :]
+    behind = np.concatenate([line[k::-1], line[-2:k:-1]]) if closed else line[k::-1]
+    runs = [_monotone(np.concatenate([point[None], part]), scale) for part in (ahead, behind)]
+    up = max(runs, key=lambda run: run[-1, 2])
+    down = min(runs, key=lambda run: run[-1, 2])
+    rising = up if up[-1, 2] > point[2] else point[None]
+    falling = down if down[-1, 2] < point[2] else point[None]
+    return np.concatenate([falling[:0:-1], rising])
+
+
+def _monotone(run: FloatArray, scale: float) -> FloatArray:
+    """Return the start of a polyline in which the elevation changes one way, points in place left out."""
+    apart = np.concatenate([[True], np.linalg.norm(np.diff(run, axis=0), axis=1) > _FLAT * scale])
+    run = run[apart]
+    rise = np.diff(run[:, 2])
+    if len(rise) == 0:
+        return run
+    good = rise * np.sign(rise[0]) > _FLAT * scale
+    end = len(rise) if good.all() else int(np.argmin(good))
+    return run[: end + 1]
+
+
+def sections(fault: Surface, points: FloatArray, directions: FloatArray) -> list[FloatArray]:
+    """Return for each point the section of a fault by the vertical plane along a direction in plan.
+
+    The section is followed from triangle to triangle from the point on, up and down, as long as the
+    elevation changes one way: vertical, overturned and listric faults need nothing else.
+
+    Parameters
+    ----------
+    fault : Surface
+        The fault.
+    points : (n, 3) array
+        On the fault, to rounding.
+    directions : (n, 2) array
+        Unit vectors in plan.
+
+    Returns
+    -------
+    list of (k, 3) arrays
+        Polylines of growing elevation that pass through the points.
+    """
+    vertices, triangles = fault.vertices, fault.triangles
+    scale = float(np.ptp(vertices, axis=0).max())
+    # A little up the section, so that a point on a corner finds the triangle that the section runs through.
+    ahead = points + _AHEAD * scale * np.column_stack([directions, np.ones(len(points))])
+    start = igl.point_mesh_squared_distance(
+        ahead, np.ascontiguousarray(vertices), np.ascontiguousarray(triangles)
+    )[1]
+    start = _crossed_start(vertices, triangles, start, points, directions)
+    neighbours = _neighbours(triangles)
+    up = _walked(vertices, triangles, neighbours, start, points, directions, 1.0, scale)
+    down = _walked(vertices, triangles, neighbours, start, points, directions, -1.0, scale)
+    return [
+        np.concatenate([np.array(d[::-1]).reshape(-1, 3), p[None], np.array(u).reshape(-1, 3)])
+        for d, p, u in zip(down, points, up, strict=True)
+    ]
+
+
+def _neighbours(triangles: IntArray) -> IntArray:
+    """Return the triangle across each side, shape (m, 3); -1 at the rim and at non-manifold edges."""
+    edges, sides = edge_table(triangles)
+    flat = sides.ravel()
+    order = np.argsort(flat, kind="stable")
+    sharing = edge_sharing(sides, len(edges))
+    first = np.concatenate([[0], np.cumsum(sharing)])[:-1]
+    two = np.flatnonzero(sharing == 2)
+    a, b = order[first[two]], order[first[two] + 1]
+    result = np.full(3 * len(triangles), -1, dtype=np.int64)
+    result[a], result[b] = b // 3, a // 3
+    return result.reshape(-1, 3)
+
+
+def _offsets(
+    vertices: FloatArray, corners: IntArray, points: FloatArray, directions: FloatArray
+) -> FloatArray:
+    """Return the signed distances of triangle corners from the vertical planes, shape (n, 3)."""
+    rel = vertices[corners][:, :, :2] - points[:, None, :2]
+    return np.asarray(directions[:, None, 0] * rel[:, :, 1] - directions[:, None, 1] * rel[:, :, 0])
+
+
+def _mixed(offsets: FloatArray) -> BoolArray:
+    """Return in which triangles the plane separates corners; a corner on the plane counts as left of it."""
+    left = offsets >= 0
+    return np.asarray(left.any(axis=1) & ~left.all(axis=1), dtype=bool)
+
+
+def _crossed_start(
+    vertices: FloatArray, triangles: IntArray, start: IntArray, points: FloatArray, directions: FloatArray
+) -> IntArray:
+    """Return start triangles that the plane really crosses: the nearest such for those it only touches."""
+    start = start.copy()
+    lost = np.flatnonzero(~_mixed(_offsets(vertices, triangles[start], points, directions)))
+    for n in lost:
+        rows = np.full(len(triangles), n)
+        mixed = np.flatnonzero(_mixed(_offsets(vertices, triangles, points[rows], directions[rows])))
+        if len(mixed):
+            near = igl.point_mesh_squared_distance(
+                points[n : n + 1].copy(),
+                np.ascontiguousarray(vertices),
+                np.ascontiguousarray(triangles[mixed]),
+            )[1]
+            start[n] = mixed[np.asarray(near).ravel()[0]]
+    return start
+
+
+def _crossings(
+    vertices: FloatArray, corners: IntArray, points: FloatArray, directions: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """Return the two points in which each plane leaves its triangle, (n, 2, 3), and their sides, (n, 2)."""
+    offsets = _offsets(vertices, corners, points, directions)
+    left = offsets >= 0
+    lone = np.argmax(left == (left.sum(axis=1) == 1)[:, None], axis=1)
+    rows = np.arange(len(corners))
+    crossed, sides = [], []
+    for other in (1, 2):
+        k = (lone + other) % 3
+        f0, f1 = offsets[rows, lone], offsets[rows, k]
+        share = f0 / np.where(f0 == f1, 1.0, f0 - f1)
+        a, b = vertices[corners[rows, lone]], vertices[corners[rows, k]]
+        crossed.append(a + share[:, None] * (b - a))
+        sides.append((lone + 3 - other) % 3)
+    return np.stack(crossed, axis=1), np.stack(sides, axis=1)
+
+
+def _walked(
+    vertices: FloatArray,
+    triangles: IntArray,
+    neighbours: IntArray,
+    start: IntArray,
+    points: FloatArray,
+    directions: FloatArray,
+    sign: float,
+    scale: float,
+) -> list[list[FloatArray]]:
+    """Return the corners of each section above (sign 1) or below (-1) its point, walked all at once."""
+    lines: list[list[FloatArray]] = [[] for _ in points]
+    active = np.flatnonzero(_mixed(_offsets(vertices, triangles[start], points, directions)))
+    current, entered = start[active], np.full(len(active), -1)
+    level = sign * points[active, 2]
+    # A section visits each triangle at most once; the bound only guards against a damaged surface.
+    for _ in range(len(triangles) + 1):
+        if len(active) == 0:
+            break
+        crossed, sides = _crossings(vertices, triangles[current], points[active], directions[active])
+        height = sign * crossed[:, :, 2]
+        pick = np.where(entered < 0, np.argmax(height, axis=1), np.where(sides[:, 0] == entered, 1, 0))
+        rows = np.arange(len(active))
+        point, side, top = crossed[rows, pick], sides[rows, pick], height[rows, pick]
+        rises = top > level + _FLAT * scale
+        in_place = (
+            ~rises
+            & (np.abs(top - level) <= _FLAT * scale)
+            & (np.linalg.norm(point - crossed[rows, 1 - pick], axis=1) <= _FLAT * scale)
+        )
+        first_flat = ~rises & (entered < 0) & (top >= level - _FLAT * scale)
+        for n, p in zip(active[rises], point[rises], strict=True):
+            lines[n].append(p)
+        following = neighbours[current, side]
+        on = (rises | in_place | first_flat) & (following >= 0)
+        here = current[on]
+        active, level, current = active[on], np.maximum(level, top)[on], following[on]
+        entered = np.argmax(neighbours[current] == here[:, None], axis=1)
+    return lines

@@ -1,0 +1,215 @@
+"""The iteration on one subdomain: solve for u, move the cut, deform the mesh (paper Sect. 7)."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from graben.arrays import BoolArray, FloatArray, IntArray
+from graben.modeling.acceleration import Anderson
+from graben.modeling.algebra import Analysis, Backend
+from graben.modeling.deformation import Deformation
+from graben.modeling.energy import Block, EdgePattern, assemble
+from graben.modeling.guides import Guides
+from graben.modeling.results import TerminationType
+
+#: Steps that the acceleration looks back.
+_DEPTH = 5
+#: Steps over which the deviation must not have fallen before the boundary is said to oscillate.
+_PATIENCE = 8
+#: A move that turns triangles over is halved at most this often.
+_HALVINGS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """One subdomain, in its own numbering.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+        The first mesh, model units.
+    pattern : EdgePattern
+        Its adjacency.
+    values : (n,) array
+        Elevation of the input horizon.
+    unknown : (n,) bool array
+        Nodes whose elevation is sought.
+    cut : (c,) array
+        Nodes of the cut.
+    guides : Guides
+        Of the nodes of the cut.
+    deformation : Deformation
+        How the mesh follows.
+    theta, length, tolerance : float
+        Parameters of the energy and of the termination; length and tolerance in model units.
+    """
+
+    points: FloatArray
+    pattern: EdgePattern
+    values: FloatArray
+    unknown: BoolArray
+    cut: IntArray
+    guides: Guides
+    deformation: Deformation
+    theta: float
+    length: float
+    tolerance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """Where the iteration ended.
+
+    ``points`` (n, 2) and ``values`` (n,) are the result; ``worst`` is the position in ``Problem.cut`` of
+    the node that decided a type 2 or 3, ``excess`` by how much it lies beyond its guide (negative below).
+    """
+
+    type: TerminationType
+    points: FloatArray
+    values: FloatArray
+    history: tuple[float, ...]
+    displacement: float
+    deviation: float
+    worst: int = -1
+    excess: float = 0.0
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+class _Clock:
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = defaultdict(float)
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        start = time.perf_counter()
+        yield
+        self.seconds[stage] += time.perf_counter() - start
+
+
+class _Solver:
+    """The values of the unknown nodes on a deformed mesh; the symbolic factorization is made once."""
+
+    def __init__(self, problem: Problem, backend: Backend) -> None:
+        self.problem = problem
+        self.unknown = np.flatnonzero(problem.unknown)
+        self.fixed = np.flatnonzero(~problem.unknown)
+        self._own = Block.of(problem.pattern, self.unknown, self.unknown)
+        self._other = Block.of(problem.pattern, self.unknown, self.fixed)
+        self._backend = backend
+        self._analysis: Analysis | None = None
+
+    def values(self, points: FloatArray) -> FloatArray:
+        """Return the minimizer of the energy on the mesh with these positions, shape (n,)."""
+        p = self.problem
+        matrix = assemble(points, p.pattern, p.theta, p.length)
+        own = self._own.of_matrix(matrix)
+        if self._analysis is None:
+            self._analysis = self._backend.analyse(own)
+        # Solved for the difference from the input, whose size is that of the throw, not of the depth.
+        load = own @ p.values[self.unknown] + self._other.of_matrix(matrix) @ p.values[self.fixed]
+        result = p.values.copy()
+        result[self.unknown] -= self._analysis.factor(own).solve(load)
+        return result
+
+
+def iterated(problem: Problem, backend: Backend, max_iterations: int, accelerated: bool) -> Outcome:
+    """Return the fixed point of the movement of the cut, or where the iteration had to stop.
+
+    The iterate is the elevation z of each node of the cut; its image is the value of u at the node's
+    place P(z) on its guide, on the first mesh deformed by the whole move. An iteration is one solve and
+    one move.
+
+    Parameters
+    ----------
+    problem : Problem
+        The subdomain.
+    backend : Backend
+        Linear algebra.
+    max_iterations : int
+        After these, type 1.
+    accelerated : bool
+        Anderson acceleration; False is the paper's plain iteration.
+    """
+    clock = _Clock()
+    solver = _Solver(problem, backend)
+    mixer = Anderson(_DEPTH if accelerated else 0)
+    cut, guides, tolerance = problem.cut, problem.guides, problem.tolerance
+    z = problem.values[cut]
+    points = problem.points
+    before, beyond = z, np.zeros(len(cut))
+    history: list[float] = []
+    ended = TerminationType.STAGNATION
+    worst, excess_there = -1, 0.0
+    for _ in range(max_iterations):
+        with clock("solve"):
+            values = solver.values(points)
+        image = values[cut]
+        history.append(float(np.abs(image - before).max()))
+        residual = float(np.abs(image - z).max())
+        excess = guides.excess(image)
+        if history[-1] < tolerance and residual < tolerance:
+            ended = TerminationType.CONVERGED
+        elif not _oscillates(history):
+            worst = _short(excess, beyond, tolerance)
+            if worst >= 0:
+                ended, excess_there = TerminationType.PROJECTION_FAILURE, float(excess[worst])
+        stop = ended is not TerminationType.STAGNATION or _oscillates(history)
+        with clock("move"):
+            target = guides.clipped(image if stop else mixer.following(z, image))
+        with clock("deform"):
+            moved, target = _valid_move(problem, z, target)
+        displacement = float(np.hypot(*(moved[cut] - points[cut]).T).mean())
+        deviation = float(np.abs(image - before).mean())
+        z, points, before, beyond = target, moved, image, excess
+        if stop:
+            break
+    values = values.copy()
+    values[cut] = z
+    return Outcome(
+        ended,
+        points,
+        values,
+        tuple(history),
+        displacement,
+        deviation,
+        worst,
+        excess_there,
+        dict(clock.seconds),
+    )
+
+
+def _oscillates(history: list[float]) -> bool:
+    """Return whether the last steps brought the deviation no lower than it was before them."""
+    if len(history) <= _PATIENCE:
+        return False
+    return min(history[-_PATIENCE:]) >= min(history[:-_PATIENCE])
+
+
+def _short(excess: FloatArray, before: FloatArray, tolerance: float) -> int:
+    """Return the node furthest beyond its guide in two successive steps without coming back; -1 for none."""
+    same = (np.abs(excess) > tolerance) & (excess * before > 0) & (np.abs(excess) > 0.5 * np.abs(before))
+    if not same.any():
+        return -1
+    return int(np.argmax(np.where(same, np.abs(excess), 0.0)))
+
+
+def _valid_move(problem: Problem, z: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the deformed mesh for elevations ``target``, or for a shorter step where triangles turn over."""
+    for _ in range(_HALVINGS):
+        points = problem.deformation.deformed(problem.cut, problem.guides.places(target))
+        if (_areas(points, problem.pattern.triangles) > 0).all():
+            return points, target
+        target = (z + target) / 2
+    points = problem.deformation.deformed(problem.cut, problem.guides.places(z))
+    return points, z
+
+
+def _areas(points: FloatArray, triangles: IntArray) -> FloatArray:
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.asarray((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))

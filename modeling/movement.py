@@ -1,0 +1,236 @@
+"""How each copy of a cut node may move: its guide on its fault (paper Sect. 6, formula 6, Table 1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from graben.arrays import FloatArray, IntArray, ints
+from graben.complexes import Complex
+from graben.cutgraph import CutGraph
+from graben.modeling.cutting import CutMesh
+from graben.modeling.fictitious import wall_edges
+from graben.modeling.guides import Guides, branch, sections
+from graben.surface import Surface, boundary_edges, chained
+
+
+class Role(IntEnum):
+    """What a copy of a cut node is tied to."""
+
+    FREE = 0  #: inside a sub-edge: moves on its fault along v(t)
+    TIP = 1  #: moves along the rim of its fault
+    EXIT = 2  #: moves along W_i ∩ W_fict
+    JUNCTION = 3  #: moves along W_i ∩ W_j
+
+
+@dataclass(frozen=True, eq=False)
+class Lips:
+    """The copies on the cut and what bounds the sector of each.
+
+    Parameters
+    ----------
+    copies : (c,) array
+        Copies of the nodes of the cut.
+    roles : (c,) array
+        :class:`Role` of each.
+    faults : (c, 2) array
+        The faults of the two cut edges that bound its sector; equal where there is one.
+    sides : (c,) array
+        1 on the hanging wall, -1 on the footwall, 2 at a junction, 0 at a tip.
+    chains : list of (int, int, array)
+        Fault, side and copies of each lip from guided end to guided end, in the direction of its edges.
+    """
+
+    copies: IntArray
+    roles: IntArray
+    faults: IntArray
+    sides: IntArray
+    chains: list[tuple[int, int, IntArray]]
+
+
+def lips(graph: CutGraph, cut: CutMesh) -> Lips:
+    """Return the lips of a cut mesh: each side of each fault between guided ends.
+
+    A sector bounded by one fault twice continues its lip: inside a sub-edge, and on the far side of a T.
+    """
+    e = len(graph.edges)
+    # Half-edges with the triangulation on their left: the left lips forward, the right lips backward.
+    start = np.concatenate([cut.left[:, 0], cut.right[:, 1]])
+    end = np.concatenate([cut.left[:, 1], cut.right[:, 0]])
+    fault = np.tile(graph.faults, 2)
+    side = np.repeat([-1, 1], e)
+    into = np.full(len(cut.origin), -1)
+    out = np.full(len(cut.origin), -1)
+    into[end], out[start] = np.arange(2 * e), np.arange(2 * e)
+    copies = np.flatnonzero((into >= 0) | (out >= 0))
+    i, o = into[copies], out[copies]
+    both = (i >= 0) & (o >= 0)
+    same_edge = both & (i % max(e, 1) == o % max(e, 1))
+    same_fault = both & (fault[i] == fault[o])
+    roles = np.where(
+        ~both, Role.EXIT, np.where(same_edge, Role.TIP, np.where(same_fault, Role.FREE, Role.JUNCTION))
+    )
+    first, last = np.where(i >= 0, i, o), np.where(o >= 0, o, i)
+    faults = np.stack([fault[first], fault[last]], axis=1)
+    sides = np.select([roles == Role.JUNCTION, roles == Role.TIP], [2, 0], side[first])
+    free = np.zeros(len(cut.origin), dtype=bool)
+    free[copies[roles == Role.FREE]] = True
+    chains = _chains(start, end, out, free, fault, side, e)
+    return Lips(ints(copies), ints(roles), ints(faults), ints(sides), chains)
+
+
+def _chains(
+    start: IntArray, end: IntArray, out: IntArray, free: np.ndarray, fault: IntArray, side: IntArray, e: int
+) -> list[tuple[int, int, IntArray]]:
+    """Return the lips as runs of half-edges through free copies, each in the direction of its cut edges."""
+    chains: list[tuple[int, int, IntArray]] = []
+    done = np.zeros(2 * e, dtype=bool)
+    for h0 in [*np.flatnonzero(~free[start]).tolist(), *range(2 * e)]:
+        if done[h0]:
+            continue
+        path, h = [int(start[h0])], h0
+        while h >= 0 and not done[h]:
+            done[h] = True
+            path.append(int(end[h]))
+            h = int(out[end[h]]) if free[end[h]] else -1
+        forward = side[h0] == -1
+        chains.append((int(fault[h0]), int(side[h0]), ints(path if forward else path[::-1])))
+    return chains
+
+
+def guides_of(
+    graph: CutGraph,
+    cut: CutMesh,
+    lip: Lips,
+    faults: Sequence[Surface],
+    horizon: Surface,
+    network: Complex,
+    reach: float,
+) -> Guides:
+    """Return the guide of every copy in ``lip.copies``.
+
+    Parameters
+    ----------
+    graph, cut, lip
+        The cut graph, the cut mesh and its lips.
+    faults : sequence of Surface
+        The model's faults.
+    horizon : Surface
+        The input horizon, for W_fict.
+    network : Complex
+        The common refinement of the faults.
+    reach : float
+        Distance along a lip over which the normals are smoothed, model units: those of a kinked trace
+        cross close by, and nodes that follow them would fold the lip.
+    """
+    lines: list[FloatArray] = [np.zeros((0, 3))] * len(lip.copies)
+    nodes = graph.nodes[cut.origin[lip.copies]]
+    _tips(lines, lip, nodes, faults)
+    _junctions(lines, lip, nodes, network)
+    if (lip.roles == Role.EXIT).any():
+        _exits(lines, lip, nodes, horizon, network)
+    held = np.flatnonzero(lip.roles != Role.FREE)
+    ends = Guides.of([lines[k] for k in held])
+    toward = np.zeros((len(cut.origin), 2))
+    toward[lip.copies[held]] = ends.directions(nodes[held, 2])
+    _free(lines, graph, cut, lip, faults, toward, reach)
+    return Guides.of(lines)
+
+
+def _nearest_branch(chains: list[FloatArray], point: FloatArray) -> FloatArray:
+    """Return the rising branch around a point of the chain that passes nearest to it."""
+    if not chains:
+        return point[None]
+    gaps = [_gap(chain, point) for chain in chains]
+    chain = chains[int(np.argmin(gaps))]
+    line = branch(chain, point, float(np.ptp(chain, axis=0).max()))
+    return line
+
+
+def _gap(line: FloatArray, point: FloatArray) -> float:
+    a, way = line[:-1], np.diff(line, axis=0)
+    share = ((point - a) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), np.finfo(float).tiny)
+    near = a + np.clip(share, 0.0, 1.0)[:, None] * way
+    return float(((near - point) ** 2).sum(axis=1).min())
+
+
+def _tips(lines: list[FloatArray], lip: Lips, nodes: FloatArray, faults: Sequence[Surface]) -> None:
+    for f in np.unique(lip.faults[lip.roles == Role.TIP, 0]):
+        surface = faults[f]
+        rims = [surface.vertices[c] for c in chained(boundary_edges(surface.triangles))]
+        for k in np.flatnonzero((lip.roles == Role.TIP) & (lip.faults[:, 0] == f)):
+            lines[k] = _nearest_branch(rims, nodes[k])
+
+
+def _junctions(lines: list[FloatArray], lip: Lips, nodes: FloatArray, network: Complex) -> None:
+    at = np.flatnonzero(lip.roles == Role.JUNCTION)
+    if len(at) == 0:
+        return
+    edges, sides = network.edges()
+    owners = [np.unique(sides[network.owner == f]) for f in range(int(network.owner.max()) + 1)]
+    for pair in np.unique(np.sort(lip.faults[at], axis=1), axis=0):
+        shared = np.intersect1d(owners[pair[0]], owners[pair[1]])
+        chains = [network.vertices[c] for c in chained(edges[shared])]
+        for k in at[(np.sort(lip.faults[at], axis=1) == pair).all(axis=1)]:
+            lines[k] = _nearest_branch(chains, nodes[k])
+
+
+def _exits(lines: list[FloatArray], lip: Lips, nodes: FloatArray, horizon: Surface, network: Complex) -> None:
+    both, edges, owner = wall_edges(horizon, network)
+    at = np.flatnonzero(lip.roles == Role.EXIT)
+    for f in np.unique(lip.faults[at, 0]):
+        chains = [both.vertices[c] for c in chained(edges[owner == f])]
+        for k in at[lip.faults[at, 0] == f]:
+            lines[k] = _nearest_branch(chains, nodes[k])
+
+
+def _free(
+    lines: list[FloatArray],
+    graph: CutGraph,
+    cut: CutMesh,
+    lip: Lips,
+    faults: Sequence[Surface],
+    toward: FloatArray,
+    reach: float,
+) -> None:
+    """Set the guides of free copies: sections of their fault along v(t), formula (6)."""
+    position = np.full(len(cut.origin), -1)
+    position[lip.copies] = np.arange(len(lip.copies))
+    ways = np.zeros((len(lip.copies), 2))
+    for _, _, path in lip.chains:
+        points = graph.nodes[cut.origin[path]][:, :2]
+        step = np.diff(points, axis=0)
+        length = np.hypot(*step.T)
+        unit = step / np.maximum(length, np.finfo(float).tiny)[:, None]
+        closed = path[0] == path[-1]
+        before = np.concatenate([unit[-1:] if closed else unit[:1], unit])
+        after = np.concatenate([unit, unit[:1] if closed else unit[-1:]])
+        tangent = before + after
+        # The fault dips to the right of the way: its left is up-dip.
+        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+        normal /= np.maximum(np.hypot(*normal.T), np.finfo(float).tiny)[:, None]
+        along = np.concatenate([[0.0], np.cumsum(length)])
+        normal = _smoothed(normal, along, reach)
+        t = along / max(along[-1], np.finfo(float).tiny)
+        first, second = ((1 - t) ** 2)[:, None], (t**2)[:, None]
+        way = (1 - first - second) * normal
+        way = way + first * toward[path[0]] + second * toward[path[-1]] if not closed else normal
+        size = np.hypot(*way.T)[:, None]
+        ways[position[path]] = np.where(size > 1e-6, way / np.maximum(size, np.finfo(float).tiny), normal)
+    for f in np.unique(lip.faults[lip.roles == Role.FREE, 0]):
+        mine = np.flatnonzero((lip.roles == Role.FREE) & (lip.faults[:, 0] == f))
+        made = sections(faults[f], graph.nodes[cut.origin[lip.copies[mine]]], ways[mine])
+        for k, line in zip(mine, made, strict=True):
+            lines[k] = line
+
+
+def _smoothed(normal: FloatArray, along: FloatArray, reach: float) -> FloatArray:
+    """Return unit normals (k, 2) averaged over ``reach`` along a line, turned by less than 60 degrees."""
+    away = (along[:, None] - along[None, :]) / reach
+    mean = np.exp(-0.5 * away**2) @ normal
+    mean /= np.maximum(np.hypot(*mean.T), np.finfo(float).tiny)[:, None]
+    turned = (mean * normal).sum(axis=1) <= 0.5
+    return np.where(turned[:, None], normal, mean)

@@ -1,0 +1,137 @@
+"""A horizon made ready for the iteration: triangulated, cut, with its unknowns marked (paper Sect. 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from graben.arrays import BoolArray, FloatArray, IntArray, bools, ints
+from graben.cutgraph import CutGraph
+from graben.model import Horizon, Model
+from graben.modeling.cutting import CutMesh, opened
+from graben.modeling.distance import distances
+from graben.modeling.triangulation import PlanMesh, triangulated
+from graben.surface import boundary_edges
+from graben.validators.context import Anchoring
+
+#: Where a subdomain has no fixed node, gamma is not reduced below this many steps.
+_LEAST_GAMMA = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class CutHorizon:
+    """A horizon cut open along its cut graph.
+
+    Parameters
+    ----------
+    horizon, graph
+        The input.
+    mesh, cut
+        The plan triangulation and its opened form.
+    unknown : (n,) bool array
+        Copies within gamma of the cut of a fault.
+    block : (n, f) array
+        Side of each copy with regard to each fault of ``faults``: see ``HorizonResult.block``.
+    faults : (f,) array
+        Indices of the faults that cut the horizon.
+    anchors : tuple of Anchoring
+        How each subdomain is held.
+    warnings : tuple of str
+        What was changed to make it so.
+    """
+
+    horizon: Horizon
+    graph: CutGraph
+    mesh: PlanMesh
+    cut: CutMesh
+    unknown: BoolArray
+    block: IntArray
+    faults: IntArray
+    anchors: tuple[Anchoring, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def first(self) -> FloatArray:
+        """Position of every copy on the input horizon, shape (n, 3)."""
+        return self.mesh.points[self.cut.origin]
+
+    def border(self) -> IntArray:
+        """Return the directed edges of the outer boundary, copies, shape (b, 2)."""
+        edges = boundary_edges(self.cut.triangles)
+        base = len(self.cut.origin)
+        lips = np.concatenate([self.cut.left, self.cut.right[:, ::-1]])
+        return ints(edges[~np.isin(edges[:, 0] * base + edges[:, 1], lips[:, 0] * base + lips[:, 1])])
+
+
+def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
+    """Return a horizon triangulated with its cut graph, cut open, with its unknowns marked."""
+    faults = np.unique(graph.faults)
+    gammas = np.array([model.gamma(model.faults[f], horizon) for f in faults])
+    mesh = triangulated(horizon.surface, graph, horizon.step, gammas)
+    cut = opened(mesh)
+    distance, block = _zones(graph, mesh, cut, faults, gammas)
+    labels = cut.node_labels
+    unknown = (distance <= gammas).any(axis=1) & (labels >= 0)
+    anchors, warnings = [], []
+    for label in range(int(labels.max(initial=-1)) + 1):
+        mine = labels == label
+        names = tuple(model.faults[f].name for f in np.unique(graph.faults[_touching(cut, mine)]))
+        anchor = _anchoring(label, names, mine, unknown, mesh, cut)
+        if not anchor.holds and names:
+            nearest = distance[mine].min(axis=1)
+            gamma = max(nearest.max() / 2, _LEAST_GAMMA * horizon.step)
+            unknown[np.flatnonzero(mine)[nearest > gamma]] = False
+            anchor = _anchoring(label, names, mine, unknown, mesh, cut)
+            if anchor.holds:
+                warnings.append(
+                    f"Subdomain {label} lies within gamma of {', '.join(names)} everywhere: "
+                    f"gamma reduced to {gamma:.4g} {model.unit} there."
+                )
+        anchors.append(anchor)
+    return CutHorizon(
+        horizon, graph, mesh, cut, bools(unknown), ints(block), ints(faults), tuple(anchors), tuple(warnings)
+    )
+
+
+def _touching(cut: CutMesh, mine: BoolArray) -> BoolArray:
+    """Return which cut edges have a lip among the given copies, shape (e,)."""
+    return np.asarray(mine[cut.left].all(axis=1) | mine[cut.right].all(axis=1), dtype=bool)
+
+
+def _zones(
+    graph: CutGraph, mesh: PlanMesh, cut: CutMesh, faults: IntArray, gammas: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """Return the distance of each copy to the cut of each fault, and its side there; 0 outside gamma."""
+    plan = mesh.points[:, :2]
+    distance = np.full((len(cut.origin), len(faults)), np.inf)
+    block = np.zeros((len(cut.origin), len(faults)), dtype=np.int64)
+    for k, f in enumerate(faults):
+        mine = graph.faults == f
+        ends = graph.nodes[graph.edges[mine]][:, :, :2].reshape(-1, 2)
+        near = np.flatnonzero(
+            ((plan >= ends.min(axis=0) - gammas[k]) & (plan <= ends.max(axis=0) + gammas[k])).all(axis=1)
+        )
+        away, nearest = distances(plan[near], graph, mine)
+        at = plan[near]
+        a, b = graph.nodes[graph.edges[nearest, 0], :2], graph.nodes[graph.edges[nearest, 1], :2]
+        right = (b[:, 0] - a[:, 0]) * (at[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (at[:, 0] - a[:, 0]) < 0
+        whole, side = np.full(len(plan), np.inf), np.zeros(len(plan), dtype=np.int64)
+        whole[near] = away
+        side[near] = np.where(away <= gammas[k], np.where(right, 1, -1), 0)
+        distance[:, k], block[:, k] = whole[cut.origin], side[cut.origin]
+        block[cut.left[mine], k] = -1
+        block[cut.right[mine], k] = 1
+    return distance, block
+
+
+def _anchoring(
+    label: int, names: tuple[str, ...], mine: BoolArray, unknown: BoolArray, mesh: PlanMesh, cut: CutMesh
+) -> Anchoring:
+    points = mesh.points[cut.origin[mine]]
+    held = points[~unknown[mine], :2]
+    spread = False
+    if len(held) >= 3:
+        size = np.linalg.svd(held - held.mean(axis=0), compute_uv=False)
+        spread = bool(size[1] > 1e-6 * size[0])
+    return Anchoring(label, names, len(held), spread, points.mean(axis=0))

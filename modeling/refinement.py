@@ -1,0 +1,134 @@
+"""The exact common refinement of surfaces (paper Sect. 3.2, condition 1), by exact arithmetic of CGAL."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import igl.copyleft.cgal
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from graben.arrays import BoolArray, FloatArray, IntArray
+from graben.complexes import Complex
+from graben.surface import Surface
+
+#: Intersections that one triangle may have; above it the library would drop the triangle silently.
+_CUTOFF = 1_000_000
+
+
+def refined(surfaces: Sequence[Surface]) -> Complex:
+    """Return the exact common refinement of surfaces, with shared vertices shared by index.
+
+    Only triangles whose bounding boxes meet a box of another surface go through exact arithmetic; all
+    others are kept as they are. Vertices equal to the bit become one.
+
+    Parameters
+    ----------
+    surfaces : sequence of Surface
+        Finite coordinates and indices in range.
+
+    Returns
+    -------
+    Complex
+        ``owner`` is the position in ``surfaces``, ``parent`` the triangle there.
+    """
+    vertices = np.concatenate([s.vertices for s in surfaces] or [np.zeros((0, 3))])
+    starts = np.cumsum([0] + [len(s.vertices) for s in surfaces])
+    triangles = np.concatenate(
+        [s.triangles + start for s, start in zip(surfaces, starts, strict=False)] or [np.zeros((0, 3), int)]
+    )
+    owner = np.repeat(np.arange(len(surfaces)), [len(s.triangles) for s in surfaces])
+    parent = np.concatenate([np.arange(len(s.triangles)) for s in surfaces] or [np.zeros(0, int)])
+    near = meeting_triangles(vertices, triangles, owner)
+    if near.any():
+        new, faces, _, birth, unique = igl.copyleft.cgal.remesh_self_intersections(
+            np.ascontiguousarray(vertices),
+            np.ascontiguousarray(triangles[near], dtype=np.int64),
+            False,
+            False,
+            False,
+            True,
+            _CUTOFF,
+        )
+        faces = unique[faces]
+        source = np.flatnonzero(near)[birth]
+        triangles = np.concatenate([triangles[~near] + len(new), faces])
+        owner = np.concatenate([owner[~near], owner[source]])
+        parent = np.concatenate([parent[~near], parent[source]])
+        vertices = np.concatenate([new, vertices])
+    return _welded(vertices, triangles, owner, parent)
+
+
+def meeting_triangles(vertices: FloatArray, triangles: IntArray, owner: IntArray) -> BoolArray:
+    """Return which triangles have a bounding box that meets a box of another surface, shape (m,).
+
+    Boxes are compared through the balls around them (a tree of centres, by classes of size), then by
+    their sides.
+    """
+    near = np.zeros(len(triangles), dtype=bool)
+    if len(np.unique(owner)) < 2:
+        return near
+    corners = vertices[triangles]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    ids = np.unique(owner)
+    bounds_low = np.array([low[owner == i].min(axis=0) for i in ids])
+    bounds_high = np.array([high[owner == i].max(axis=0) for i in ids])
+    for a in range(len(ids)):
+        for b in range(a + 1, len(ids)):
+            box_low = np.maximum(bounds_low[a], bounds_low[b])
+            box_high = np.minimum(bounds_high[a], bounds_high[b])
+            if (box_low > box_high).any():
+                continue
+            inside = (high >= box_low).all(axis=1) & (low <= box_high).all(axis=1)
+            first = np.flatnonzero(inside & (owner == ids[a]))
+            second = np.flatnonzero(inside & (owner == ids[b]))
+            pairs = box_pairs(low[first], high[first], low[second], high[second])
+            near[first[pairs[:, 0]]] = True
+            near[second[pairs[:, 1]]] = True
+    return near
+
+
+def box_pairs(low_a: FloatArray, high_a: FloatArray, low_b: FloatArray, high_b: FloatArray) -> IntArray:
+    """Return the pairs (i, j) of boxes of two sets that meet, shape (p, 2).
+
+    Sizes may differ by orders of magnitude: the boxes of the second set are put in classes of size, so
+    that each query asks within a radius that suits its class.
+    """
+    found: list[IntArray] = []
+    centre_a, radius_a = (low_a + high_a) / 2, np.linalg.norm(high_a - low_a, axis=1) / 2
+    centre_b, radius_b = (low_b + high_b) / 2, np.linalg.norm(high_b - low_b, axis=1) / 2
+    if len(centre_a) == 0 or len(centre_b) == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    tiny = np.finfo(float).tiny
+    class_a = np.ceil(np.log2(np.maximum(radius_a, tiny))).astype(int)
+    class_b = np.ceil(np.log2(np.maximum(radius_b, tiny))).astype(int)
+    for ca in np.unique(class_a):
+        ia = np.flatnonzero(class_a == ca)
+        tree_a = cKDTree(centre_a[ia])
+        for cb in np.unique(class_b):
+            ib = np.flatnonzero(class_b == cb)
+            reach = radius_a[ia].max() + radius_b[ib].max()
+            near = tree_a.sparse_distance_matrix(
+                cKDTree(centre_b[ib]), reach * (1 + 1e-9) + tiny, output_type="ndarray"
+            )
+            i, j = ia[near["i"]], ib[near["j"]]
+            meet = (low_a[i] <= high_b[j]).all(axis=1) & (low_b[j] <= high_a[i]).all(axis=1)
+            found.append(np.stack([i[meet], j[meet]], axis=1))
+    return np.concatenate(found).astype(np.int64)
+
+
+def _welded(vertices: FloatArray, triangles: IntArray, owner: IntArray, parent: IntArray) -> Complex:
+    """Merge vertices equal to the bit, leave out unused ones and the triangles that collapse."""
+    used, flat = np.unique(triangles, return_inverse=True)
+    unique, index = np.unique(vertices[used] + 0.0, axis=0, return_inverse=True)
+    faces = index.reshape(-1)[flat].reshape(-1, 3)
+    whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
+    return Complex(unique, faces[whole], owner[whole], parent[whole])
+
+
+def component_labels(count: int, pairs: IntArray) -> IntArray:
+    """Return the connected component of each of ``count`` items joined by ``pairs`` (p, 2), (count,)."""
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

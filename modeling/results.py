@@ -1,0 +1,242 @@
+"""What the modeling stage returns for each horizon, as immutable values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import IntEnum, StrEnum
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats, ints
+from graben.cutgraph import CutGraph
+from graben.model import Horizon
+from graben.surface import Surface
+
+if TYPE_CHECKING:
+    import pyvista
+
+
+class TerminationType(IntEnum):
+    """How a subdomain ended (paper Sect. 7)."""
+
+    CONVERGED = 0
+    STAGNATION = 1
+    PROJECTION_FAILURE = 2
+    VERTEX_REACHED = 3
+
+
+class Side(StrEnum):
+    """The two sides of a fault."""
+
+    HANGING = "hanging"
+    FOOT = "foot"
+
+
+@dataclass(frozen=True)
+class Termination:
+    """How a subdomain ended, and for types 1-3 where, on which fault and side, and by how much short.
+
+    ``short_by`` in model units: how far in elevation the fault or guide ends before the horizon.
+    """
+
+    type: TerminationType
+    name: str
+    advice: str = ""
+    fault: str | None = None
+    side: Side | None = None
+    short_by: float | None = None
+    x: float | None = None
+    y: float | None = None
+    z: float | None = None
+
+    def moved(self, offset: FloatArray) -> Termination:
+        """Return the termination with its place shifted by ``offset``, shape (3,)."""
+        if self.x is None or self.y is None or self.z is None:
+            return self
+        x, y, z = (float(c) for c in np.array([self.x, self.y, self.z]) + offset)
+        return replace(self, x=x, y=y, z=z)
+
+
+@dataclass(frozen=True, eq=False)
+class Subdomain:
+    """One strongly connected part of the cut horizon and the course of its iteration.
+
+    ``history`` holds eps_k of formula (7), model units; ``mean_displacement`` is the mean plan length of
+    the last move of the cut nodes, ``mean_deviation`` the mean |u_k - u_(k-1)| there (paper Table 3).
+    """
+
+    id: int
+    faults: tuple[str, ...]
+    nodes: int
+    unknowns: int
+    iterations: int
+    termination: Termination
+    mean_displacement: float = 0.0
+    mean_deviation: float = 0.0
+    history: tuple[float, ...] = ()
+    remeshings: int = 0
+    seconds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+
+
+@dataclass(frozen=True, eq=False)
+class Cutoff:
+    """The pair of cutoff lines of one piece of one fault on one horizon.
+
+    Parameters
+    ----------
+    fault : str
+        Name of the fault.
+    s : (k,) array
+        Distance along the first trace in plan, from the end at which the fault dips to the right.
+    hanging, foot : (k, 3) arrays
+        x, y, elevation of the two lips; equal at a tip.
+    throw : (k,) array
+        Elevation of foot minus elevation of hanging: positive normal, negative reverse.
+    heave : (k,) array
+        (P_hanging - P_foot) . d in plan, d the local dip direction: positive gap, negative overlap.
+    """
+
+    fault: str
+    s: FloatArray
+    hanging: FloatArray
+    foot: FloatArray
+    throw: FloatArray
+    heave: FloatArray
+
+    def __post_init__(self) -> None:
+        for key, shape in (("s", ()), ("hanging", (-1, 3)), ("foot", (-1, 3)), ("throw", ()), ("heave", ())):
+            object.__setattr__(self, key, floats(getattr(self, key), *shape))
+
+
+@dataclass(frozen=True)
+class Error:
+    """An error in model units and in percent of the largest true throw."""
+
+    value: float
+    percent: float
+
+
+@dataclass(frozen=True)
+class Score:
+    """Errors of a rebuilt horizon against the known answer (``truth`` in model.toml)."""
+
+    cutoff: Error
+    throw: Error
+    zone: Error
+    zone_input: Error
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the score for report.json."""
+        return {
+            k: {"value": e.value, "percent": e.percent}
+            for k, e in (
+                ("cutoff", self.cutoff),
+                ("throw", self.throw),
+                ("zone", self.zone),
+                ("zone_input", self.zone_input),
+            )
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class HorizonResult:
+    """A rebuilt horizon.
+
+    Parameters
+    ----------
+    horizon : Horizon
+        The input.
+    surface : Surface
+        The cut triangulation in space.
+    first : (n, 3) array
+        Where each node lay on the input horizon, before the cut moved.
+    subdomain : (n,) array
+        Id of the subdomain of each node.
+    fixed : (n,) bool array
+        Nodes further than gamma from every cut, values as in the input.
+    side : (n,) array
+        0 off the cut, 1 hanging, -1 foot, 2 at a junction; tips are 0.
+    block : (n, f) array
+        1 on the hanging side, -1 on the foot side of the nearest cut of that fault, 0 outside its zone.
+    graph_faults : tuple of str
+        The faults that cut this horizon, in the model's order.
+    graph : CutGraph
+        The cut graph on the input horizon.
+    cutoffs : tuple of Cutoff
+        Cutoff lines, fault by fault, piece by piece.
+    subdomains : tuple of Subdomain
+        The course of the iteration in each.
+    warnings : tuple of str
+        What a person should look at.
+    score : Score or None
+        Where the model has a truth.
+    seconds : mapping
+        Wall time of the stages: triangulate, solve, move, deform.
+    """
+
+    horizon: Horizon
+    surface: Surface
+    first: FloatArray
+    subdomain: IntArray
+    fixed: BoolArray
+    side: IntArray
+    block: IntArray
+    graph_faults: tuple[str, ...]
+    graph: CutGraph
+    cutoffs: tuple[Cutoff, ...]
+    subdomains: tuple[Subdomain, ...]
+    warnings: tuple[str, ...] = ()
+    score: Score | None = None
+    seconds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "first", floats(self.first, -1, 3))
+        object.__setattr__(self, "subdomain", ints(self.subdomain))
+        object.__setattr__(self, "fixed", bools(self.fixed))
+        object.__setattr__(self, "side", ints(self.side))
+        object.__setattr__(self, "block", ints(self.block, len(self.first), len(self.graph_faults)))
+
+    @property
+    def name(self) -> str:
+        """The horizon's name."""
+        return self.horizon.name
+
+    def moved(self, offset: FloatArray) -> HorizonResult:
+        """Return the result shifted by ``offset``, shape (3,)."""
+        return replace(
+            self,
+            horizon=self.horizon.moved(offset),
+            surface=self.surface.moved(offset),
+            first=self.first + offset,
+            graph=self.graph.moved(offset),
+            cutoffs=tuple(replace(c, hanging=c.hanging + offset, foot=c.foot + offset) for c in self.cutoffs),
+            subdomains=tuple(replace(s, termination=s.termination.moved(offset)) for s in self.subdomains),
+        )
+
+    @property
+    def converged(self) -> bool:
+        """Whether every subdomain ended with type 0."""
+        return all(s.termination.type is TerminationType.CONVERGED for s in self.subdomains)
+
+    @property
+    def largest_throw(self) -> float:
+        """The throw of largest magnitude, model units; 0 without a cut."""
+        return float(max((np.abs(c.throw).max() for c in self.cutoffs if len(c.throw)), default=0.0))
+
+    def __repr__(self) -> str:
+        types = ", ".join(str(int(s.termination.type)) for s in self.subdomains)
+        return (
+            f"Horizon {self.name!r}: {len(self.first)} nodes, {len(self.subdomains)} subdomains, "
+            f"type {types or '-'}, largest throw {self.largest_throw:.4g}"
+        )
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """Return the cut triangulation with point arrays subdomain, fixed and side."""
+        mesh = self.surface.to_pyvista()
+        mesh.point_data["subdomain"] = self.subdomain
+        mesh.point_data["fixed"] = self.fixed.astype(np.int64)
+        mesh.point_data["side"] = self.side
+        return mesh

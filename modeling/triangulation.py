@@ -1,0 +1,188 @@
+"""The initial triangulation T_0 of a horizon with the cut graph as constraints (paper Sect. 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+import triangle
+from scipy.spatial import cKDTree
+
+from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats, ints
+from graben.cutgraph import CutGraph, NodeKind
+from graben.errors import ModelingError
+from graben.modeling.distance import distances
+from graben.modeling.zone import CLEARANCE, zone_of
+from graben.surface import Surface, boundary_edges
+
+#: Width of the band around the cut that is triangulated anew, in steps.
+_BAND = 2.5
+
+
+@dataclass(frozen=True, eq=False)
+class PlanMesh:
+    """A triangulation in plan that contains the cut graph.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        x, y and the elevation of the input horizon. The nodes of the cut graph come first, in its order.
+    triangles : (m, 3) array
+        Counter-clockwise in plan.
+    cut : (e, 2) array
+        The edges of the cut graph, node indices.
+    outer : (n,) bool array
+        Nodes on the boundary of the horizon.
+    """
+
+    points: FloatArray
+    triangles: IntArray
+    cut: IntArray
+    outer: BoolArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", floats(self.points, -1, 3))
+        object.__setattr__(self, "triangles", ints(self.triangles, -1, 3))
+        object.__setattr__(self, "cut", ints(self.cut, -1, 2))
+        object.__setattr__(self, "outer", bools(self.outer))
+
+
+def triangulated(horizon: Surface, graph: CutGraph, step: float, gammas: FloatArray) -> PlanMesh:
+    """Return the input triangulation with a band around the cut triangulated anew.
+
+    Outside the band the input's own triangles are kept, so that the horizon is not resampled there. In
+    the band: a constrained Delaunay triangulation of the nodes of the cut, of the band's rim and of the
+    input's nodes that are not too close to the cut.
+
+    Parameters
+    ----------
+    horizon : Surface
+        A function of x and y.
+    graph : CutGraph
+        Its cut graph; without edges the input triangulation is returned.
+    step : float
+        Model units.
+    """
+    faces = upward(horizon.vertices, horizon.triangles)
+    vertices = horizon.vertices
+    outer = np.zeros(len(vertices), dtype=bool)
+    outer[boundary_edges(faces)] = True
+    if len(graph.edges) == 0:
+        return PlanMesh(vertices, faces, np.zeros((0, 2), dtype=np.int64), outer)
+    distance = distances(vertices, graph)[0]
+    redo = (distance[faces] < max(gammas.max(), 0.0) + _BAND * step).any(axis=1)
+    redo |= _crossed(vertices, faces, graph, step)
+    rim = boundary_edges(faces[redo])
+    on_rim = np.zeros(len(vertices), dtype=bool)
+    on_rim[rim] = True
+    inside = np.zeros(len(vertices), dtype=bool)
+    inside[faces[redo]] = True
+    zone = zone_of(horizon, faces[redo], graph, step, gammas)
+    fill = np.concatenate([zone.ring, zone.inner])
+    fill = fill[cKDTree(vertices[on_rim, :2]).query(fill[:, :2])[0] > CLEARANCE * step]
+    free = inside & ~on_rim & zone.beyond
+    count = len(graph.nodes)
+    rim, gone = _with_exits(vertices, rim, outer, graph, step)
+    chosen = np.flatnonzero(free | (on_rim & ~gone))
+    index = np.full(len(vertices) + count, -1)
+    index[chosen] = count + np.arange(len(chosen))
+    index[len(vertices) :] = np.arange(count)
+    points = np.concatenate([graph.nodes, vertices[chosen], fill])
+    new = _constrained(points[:, :2], np.concatenate([graph.edges, index[rim]]))
+    new = new[_inside(points, new, vertices, faces[redo])]
+    kept = np.flatnonzero(~redo)
+    others = np.setdiff1d(np.unique(faces[kept]), chosen)
+    index[others] = len(points) + np.arange(len(others))
+    triangles = np.concatenate([new, index[faces[kept]]])
+    border = np.concatenate(
+        [graph.kinds == NodeKind.EXIT, outer[chosen], np.zeros(len(fill), dtype=bool), outer[others]]
+    )
+    return PlanMesh(np.concatenate([points, vertices[others]]), triangles, graph.edges, border)
+
+
+def upward(vertices: FloatArray, triangles: IntArray) -> IntArray:
+    """Return the triangles turned counter-clockwise in plan."""
+    a, b, c = (vertices[triangles[:, k], :2] for k in range(3))
+    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    return ints(np.where((area < 0)[:, None], triangles[:, ::-1], triangles))
+
+
+def _crossed(vertices: FloatArray, faces: IntArray, graph: CutGraph, step: float) -> BoolArray:
+    """Return which triangles hold a point of the cut: large triangles may have all corners far from it."""
+    ends = graph.nodes[graph.edges][:, :, :2]
+    parts = max(2, int(np.ceil(2 * np.hypot(*(ends[:, 1] - ends[:, 0]).T).max() / step)))
+    share = np.linspace(0.0, 1.0, parts + 1)[:, None, None]
+    points = (ends[:, 0] * (1 - share) + ends[:, 1] * share).reshape(-1, 2)
+    found = np.zeros(len(faces), dtype=bool)
+    flat = np.ascontiguousarray(np.pad(vertices[:, :2], ((0, 0), (0, 1))))
+    hits = igl.point_mesh_squared_distance(
+        np.pad(points, ((0, 0), (0, 1))), flat, np.ascontiguousarray(faces)
+    )[1]
+    found[hits] = True
+    return found
+
+
+def _with_exits(
+    vertices: FloatArray, rim: IntArray, outer: BoolArray, graph: CutGraph, step: float
+) -> tuple[IntArray, BoolArray]:
+    """Return the rim with each exit put into the boundary edge it lies on, and the nodes that made way.
+
+    A boundary node that is in line with its neighbours and close to an exit is left out. Exits are
+    numbered from ``len(vertices)``, as the nodes of the graph.
+    """
+    rim = rim.copy()
+    gone = np.zeros(len(vertices), dtype=bool)
+    at = np.concatenate([vertices[:, :2], graph.nodes[:, :2]])
+    for exit_node in np.flatnonzero(graph.kinds == NodeKind.EXIT):
+        p = graph.nodes[exit_node, :2]
+        node = len(vertices) + exit_node
+        border = np.flatnonzero(np.append(outer, np.ones(len(graph.nodes), bool))[rim].all(axis=1))
+        a, b = at[rim[border, 0]], at[rim[border, 1]]
+        way = b - a
+        share = np.clip(
+            ((p - a) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), np.finfo(float).tiny), 0, 1
+        )
+        k = border[np.argmin(((a + share[:, None] * way - p) ** 2).sum(axis=1))]
+        start, end = rim[k]
+        rim = np.concatenate([np.delete(rim, k, axis=0), [[start, node], [node, end]]])
+        for near in (start, end):
+            if near < len(vertices) and np.hypot(*(at[near] - p)) < CLEARANCE * step / 2:
+                mine = np.flatnonzero((rim == near).any(axis=1))
+                far = rim[mine][rim[mine] != near]
+                if len(mine) == 2 and _in_line(at[far[0]], at[near], at[far[1]]):
+                    before = rim[mine[rim[mine, 1] == near][0], 0]
+                    after = rim[mine[rim[mine, 0] == near][0], 1]
+                    rim = np.concatenate([np.delete(rim, mine, axis=0), [[before, after]]])
+                    gone[near] = True
+    return rim, gone
+
+
+def _in_line(a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
+    """Return whether b lies on the segment from a to c, to rounding."""
+    first, second = b - a, c - b
+    cross = abs(first[0] * second[1] - first[1] * second[0])
+    return bool(cross <= 1e-6 * np.hypot(*first) * np.hypot(*second))
+
+
+def _constrained(points: FloatArray, segments: IntArray) -> IntArray:
+    """Return the constrained Delaunay triangulation of the convex hull, counter-clockwise, (m, 3)."""
+    made = triangle.triangulate({"vertices": np.array(points), "segments": segments.astype(np.int32)}, "pc")
+    if len(made["vertices"]) != len(points):
+        raise ModelingError("The cut graph crosses itself in plan after resampling; use a smaller step.")
+    return np.asarray(made["triangles"], dtype=np.int64)
+
+
+def _inside(points: FloatArray, new: IntArray, vertices: FloatArray, old: IntArray) -> BoolArray:
+    """Return which new triangles lie in the region of the old ones, by their centres."""
+    centre = np.pad(points[new][:, :, :2].mean(axis=1), ((0, 0), (0, 1)))
+    flat = np.ascontiguousarray(np.pad(vertices[:, :2], ((0, 0), (0, 1))))
+    squared = igl.point_mesh_squared_distance(np.ascontiguousarray(centre), flat, np.ascontiguousarray(old))[
+        0
+    ]
+    a, b, c = (points[new[:, k], :2] for k in range(3))
+    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    longest = np.max(
+        [((a - b) ** 2).sum(axis=1), ((b - c) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1)], axis=0
+    )
+    return np.asarray((squared <= 1e-12 * longest) & (area > 1e-9 * longest), dtype=bool)

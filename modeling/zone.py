@@ -1,0 +1,147 @@
+"""The nodes of the modeling zone: a hexagonal lattice inside, a ring of fixed nodes at its rim.
+
+The input's own nodes would make the zone end anywhere between gamma and gamma plus a step, as the grid
+happens to lie, and the error of an extrapolation grows with the square of its width. The ring makes gamma
+mean gamma, whatever the grid's direction; the lattice makes the energy isotropic.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from graben.arrays import BoolArray, FloatArray, IntArray
+from graben.cutgraph import CutGraph
+from graben.modeling.distance import distances, outside
+from graben.surface import Surface
+
+#: Least distance between nodes of different origin, in steps.
+CLEARANCE = 0.6
+#: The ring stands outside gamma by this share of it, more than its chords cut into it.
+_OUTSIDE = 1e-3
+_QUADRANT_SEGMENTS = 64
+#: Input nodes that a quadratic surface is fitted to for each node of the ring.
+_NEIGHBOURS = 14
+
+
+@dataclass(frozen=True, eq=False)
+class Zone:
+    """Nodes of the modeling zone, x, y and elevation of the input horizon.
+
+    ``inner`` (k, 3) lie within gamma of a cut, ``ring`` (r, 3) just outside; ``beyond`` (n,) marks the
+    input's nodes that lie clear outside the ring.
+    """
+
+    inner: FloatArray
+    ring: FloatArray
+    beyond: BoolArray
+
+
+def zone_of(horizon: Surface, faces: IntArray, graph: CutGraph, step: float, gammas: FloatArray) -> Zone:
+    """Return the nodes of the modeling zone of a horizon.
+
+    Parameters
+    ----------
+    horizon : Surface
+        The input.
+    faces : (m, 3) array
+        Its triangles that make way for new ones.
+    graph : CutGraph
+        The cut graph, with at least one edge.
+    step : float
+        Model units.
+    gammas : (f,) array
+        gamma of each fault in ``np.unique(graph.faults)``, model units.
+    """
+    side = step * float(np.sqrt(2 / np.sqrt(3)))
+    area = _within(graph, gammas * (1 + _OUTSIDE))
+    ring = _on_rings(area, side)
+    inner = _lattice(graph, side, gammas.max())
+    inside = outside(inner, graph, gammas) < -CLEARANCE * step
+    inner = inner[inside]
+    inner = inner[distances(inner, graph)[0] > CLEARANCE * step]
+    away = outside(horizon.vertices[:, :2], graph, gammas)
+    inner_z, inner_in = _linear(horizon, faces, inner, step)
+    _, ring_in = _linear(horizon, faces, ring, step)
+    ring_z = _quadratic(horizon.vertices[away >= 0], ring[ring_in])
+    return Zone(
+        np.column_stack([inner, inner_z])[inner_in],
+        np.column_stack([ring[ring_in], ring_z]),
+        away > CLEARANCE * step,
+    )
+
+
+def _within(graph: CutGraph, gammas: FloatArray) -> shapely.Geometry:
+    """Return the area within gamma of the cut of each fault."""
+    lines = shapely.linestrings(graph.nodes[graph.edges][:, :, :2])
+    parts = [
+        shapely.buffer(shapely.union_all(lines[graph.faults == f]), gamma, quad_segs=_QUADRANT_SEGMENTS)
+        for f, gamma in zip(np.unique(graph.faults), gammas, strict=True)
+    ]
+    return shapely.union_all(parts)
+
+
+def _on_rings(area: shapely.Geometry, side: float) -> FloatArray:
+    """Return points on the outlines of an area at about ``side``, shape (r, 2)."""
+    found = [np.zeros((0, 2))]
+    for part in shapely.get_parts(shapely.get_parts(area.boundary)):
+        count = max(3, round(part.length / side))
+        found.append(
+            shapely.get_coordinates(
+                shapely.line_interpolate_point(part, np.arange(count) * part.length / count)
+            )
+        )
+    return np.concatenate(found)
+
+
+def _lattice(graph: CutGraph, side: float, gamma: float) -> FloatArray:
+    """Return a hexagonal lattice over the zone, (k, 2), along the cut's mean direction from its centre."""
+    ends = graph.nodes[graph.edges][:, :, :2]
+    way = ends[:, 1] - ends[:, 0]
+    length = np.hypot(*way.T)
+    double = 2 * np.arctan2(way[:, 1], way[:, 0])
+    angle = 0.5 * float(np.arctan2((length * np.sin(double)).sum(), (length * np.cos(double)).sum()))
+    centre = (ends.mean(axis=1) * length[:, None]).sum(axis=0) / length.sum()
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    place = (graph.nodes[:, :2] - centre) @ turn.T
+    rise = side * np.sqrt(3) / 2
+    low = np.floor((place.min(axis=0) - gamma) / (side, rise)) - 1
+    high = np.ceil((place.max(axis=0) + gamma) / (side, rise)) + 1
+    i, j = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1), indexing="ij")
+    local = np.stack([(i + 0.5 * (j % 2)) * side, (j + 0.5) * rise], axis=-1)
+    return np.asarray(local.reshape(-1, 2) @ turn + centre)
+
+
+def _linear(
+    horizon: Surface, faces: IntArray, points: FloatArray, step: float
+) -> tuple[FloatArray, BoolArray]:
+    """Return the elevation of the input at plan points, (k,), and whether they lie on it."""
+    flat = np.ascontiguousarray(np.pad(horizon.vertices[:, :2], ((0, 0), (0, 1))))
+    squared, face, _ = igl.point_mesh_squared_distance(
+        np.ascontiguousarray(np.pad(points, ((0, 0), (0, 1)))), flat, np.ascontiguousarray(faces)
+    )
+    a, b, c = (horizon.vertices[faces[face, k]] for k in range(3))
+    first, second, rel = b - a, c - a, points - a[:, :2]
+    det = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    s = (rel[:, 0] * second[:, 1] - rel[:, 1] * second[:, 0]) / det
+    t = (first[:, 0] * rel[:, 1] - first[:, 1] * rel[:, 0]) / det
+    return a[:, 2] + s * first[:, 2] + t * second[:, 2], squared <= (1e-6 * step) ** 2
+
+
+def _quadratic(nodes: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the elevation at plan points, (k,), of quadratic surfaces through reliable nodes (n, 3).
+
+    Linear interpolation would bend the slope that the energy sees at the rim of the zone.
+    """
+    count = min(_NEIGHBOURS, len(nodes))
+    away, near = cKDTree(nodes[:, :2]).query(points, k=count)
+    scale = away[:, -1:]
+    x, y = np.moveaxis((nodes[near, :2] - points[:, None]) / scale[:, :, None], -1, 0)
+    weight = np.exp(-2 * (x**2 + y**2))
+    basis = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1) * weight[:, :, None]
+    values = nodes[near, 2] * weight
+    return np.asarray((np.linalg.pinv(basis) @ values[:, :, None])[:, 0, 0])

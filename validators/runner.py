@@ -1,0 +1,181 @@
+"""Runs the checks of the registry in the order in which they can run, and puts the findings in its order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+
+from graben.arrays import FloatArray, floats
+from graben.complexes import Complex
+from graben.cutgraph import CutGraph
+from graben.errors import ModelingError
+from graben.finding import CheckResult, Finding, Profile, Status, Worst
+from graben.model import Model
+from graben.validators.context import (
+    Anchoring,
+    Check,
+    CheckContext,
+    Defect,
+    Evidence,
+    Need,
+    Providers,
+    Severity,
+)
+from graben.validators.registry import CHECKS
+
+
+def run_checks(model: Model, profile: Profile, providers: Providers) -> tuple[CheckResult, Evidence]:
+    """Run every check that can run.
+
+    The surfaces are looked at first; the complex, the cut graphs and the anchoring are asked of
+    ``providers`` only where no failure stands against it.
+
+    Parameters
+    ----------
+    model : Model
+        In its local frame: places in the findings are in that frame too, see :func:`shifted`.
+    profile : Profile
+        Which defects fail.
+    providers : Providers
+        What computes the rest.
+
+    Returns
+    -------
+    result : CheckResult
+        Findings in the order of the registry, then of the model.
+    evidence : Evidence
+        What was computed on the way, and what blocks modeling.
+    """
+    names = tuple(h.name for h in model.horizons)
+    context = CheckContext(model, frozenset(), Evidence(horizons=names))
+    said: dict[str, list[Finding]] = {}
+    for need in Need:
+        context = _supplied(context, providers, need)
+        for check in CHECKS:
+            if (check.stage or check.need) is need and check.run is not None:
+                said[check.id], blocking = _findings(check, context, profile)
+                evidence = context.evidence
+                context = replace(context, evidence=replace(evidence, blocking=evidence.blocking + blocking))
+                if check.id == "finite":
+                    unfit = {name for f in said[check.id] for name in f.objects}
+                    context = replace(context, sound=frozenset(s.name for s in model.surfaces) - unfit)
+    order = {s.name: k for k, s in enumerate(model.surfaces)}
+    findings: list[Finding] = []
+    for check in CHECKS:
+        own = sorted(said.get(check.id, ()), key=lambda f: [order[name] for name in f.objects])
+        findings += own or [_empty(check, context)]
+    return CheckResult(profile, tuple(findings), model.z_factor), context.evidence
+
+
+def shifted(result: CheckResult, offset: FloatArray) -> CheckResult:
+    """Return the result with all places moved by ``offset``, shape (3,), model units."""
+    return replace(result, findings=tuple(_moved(f, offset) for f in result.findings))
+
+
+def _moved(finding: Finding, offset: FloatArray) -> Finding:
+    worst = finding.worst
+    if worst is not None:
+        x, y, z = (float(c) for c in np.array([worst.x, worst.y, worst.z]) + offset)
+        worst = replace(worst, x=x, y=y, z=z)
+    return replace(finding, worst=worst, places=floats(finding.places + offset))
+
+
+def _supplied(context: CheckContext, providers: Providers, need: Need) -> CheckContext:
+    """Return the context with what ``need`` asks for, as far as nothing stands against it."""
+    model, evidence = context.model, context.evidence
+    errors = dict(evidence.errors)
+    if need is Need.COMPLEX:
+        shape: Complex | None = None
+        if not any(not set(evidence.horizons).intersection(f.objects) for f in evidence.blocking):
+            try:
+                shape = providers.complex(model)
+            except ModelingError as error:
+                errors[""] = str(error)
+        return replace(context, evidence=replace(evidence, complex=shape, errors=MappingProxyType(errors)))
+    graphs: dict[str, CutGraph] = dict(evidence.graphs)
+    anchors: dict[str, tuple[Anchoring, ...]] = dict(evidence.anchors)
+    if need in (Need.GRAPH, Need.ANCHORS) and evidence.complex is not None:
+        for horizon in context.horizons:
+            if evidence.blocked(horizon.name) or horizon.name in errors:
+                continue
+            try:
+                if need is Need.GRAPH:
+                    graphs[horizon.name] = providers.graph(model, horizon, evidence.complex)
+                elif horizon.name in graphs:
+                    anchors[horizon.name] = providers.anchoring(model, horizon, graphs[horizon.name])
+            except ModelingError as error:
+                errors[horizon.name] = str(error)
+    evidence = replace(
+        evidence,
+        graphs=MappingProxyType(graphs),
+        anchors=MappingProxyType(anchors),
+        errors=MappingProxyType(errors),
+    )
+    return replace(context, evidence=evidence)
+
+
+def _findings(
+    check: Check, context: CheckContext, profile: Profile
+) -> tuple[list[Finding], tuple[Finding, ...]]:
+    """Return the findings of a check, and those of them that block modeling."""
+    assert check.run is not None
+    defects = check.run(context)
+    findings = [_finding(check, d, profile) for d in defects]
+    return findings, tuple(f for f, d in zip(findings, defects, strict=True) if d.blocks)
+
+
+def _finding(check: Check, defect: Defect, profile: Profile) -> Finding:
+    warns = defect.severity is Severity.WARN or (
+        defect.severity is Severity.RELAXED and profile is Profile.EXTENDED
+    )
+    worst = None
+    if defect.value is not None and defect.place is not None:
+        x, y, z = (float(c) for c in defect.place)
+        worst = Worst(float(defect.value), defect.unit, x, y, z)
+    return Finding(
+        check.id,
+        Status.WARN if warns else Status.FAIL,
+        defect.objects,
+        int(defect.count),
+        worst,
+        defect.message,
+        defect.remedy,
+        check.repairable,
+        defect.elements,
+        defect.places,
+    )
+
+
+def _empty(check: Check, context: CheckContext) -> Finding:
+    """Return the one finding of a check that has nothing to say: passed, or what it waits for."""
+    reason = _waits_for(check, context)
+    if reason:
+        return Finding(check.id, Status.SKIPPED, message=reason, repairable=check.repairable)
+    return Finding(check.id, Status.PASS, message=check.sentence, repairable=check.repairable)
+
+
+def _waits_for(check: Check, context: CheckContext) -> str:
+    """Return why a check could not look at everything; empty where it could."""
+    if check.run is None:
+        return "This check is not part of this version."
+    if check.id == "finite":
+        return ""
+    evidence, model = context.evidence, context.model
+    missing: list[str] = []
+    if check.need is Need.SURFACES:
+        looked_at = [f.surface for f in model.faults] if check.faults_only else model.surfaces
+        missing = [s.name for s in looked_at if s.name not in context.sound]
+    elif evidence.complex is None:
+        missing = [f.name for f in model.faults]
+    elif check.need is not Need.COMPLEX:
+        have = evidence.graphs if check.need is Need.GRAPH else evidence.anchors
+        missing = [h.name for h in model.horizons if h.name not in have]
+    if not missing:
+        return ""
+    everywhere = [f for f in evidence.blocking if not set(evidence.horizons).intersection(f.objects)]
+    own = [f for f in evidence.blocking if set(missing).intersection(f.objects)]
+    blockers = list(dict.fromkeys(f.check for f in everywhere + own))
+    waits = "waits for " + ", ".join(blockers) if blockers else "could not be prepared"
+    return f"Not looked at: {', '.join(missing)}; {waits}."
