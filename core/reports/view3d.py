@@ -240,7 +240,7 @@ def _layout(
     for axis in axes.values():
         axis.update({"exponentformat": "none", "separatethousands": False, "nticks": 6})
     aspect = {"x": float(ratio[0]), "y": float(ratio[1]), "z": float(ratio[2]) * exaggeration}
-    camera = {"eye": {"x": -0.95, "y": -1.45, "z": 0.95}}
+    camera = {"eye": {"x": -0.86, "y": -1.3, "z": 0.86}, "center": {"x": 0, "y": 0, "z": -0.1}}
     return {
         "scene": {**axes, "aspectmode": "manual", "aspectratio": aspect, "camera": camera},
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},

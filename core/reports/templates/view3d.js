@@ -17,7 +17,7 @@
   };
   const aspect = clone(scene.layout.scene.aspectratio);
   const camera = clone(scene.layout.scene.camera);
-  const options = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["resetCameraLastSave3d"] };
+  const options = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["sendChartToCloud", "resetCameraLastSave3d"] };
   Plotly.newPlot(target, scene.data, scene.layout, options).then(() => Plotly.relayout(target, colours()));
   dark.addEventListener("change", () => Plotly.relayout(target, colours()));
   document.getElementById("colouring").addEventListener("change", (event) => {
