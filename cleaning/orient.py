@@ -16,7 +16,7 @@ def oriented(surface: Surface) -> Surface:
 
     >>> mixed = Surface("F", [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1]], [[0, 1, 2], [1, 2, 3]])
     >>> oriented(mixed).triangles.tolist()
-    [[0, 1, 2], [2, 1, 3]]
+    [[0, 1, 2], [3, 2, 1]]
     """
     turned, component = igl.bfs_orient(np.ascontiguousarray(surface.triangles))
     up = triangle_normals(surface.vertices, turned)[:, 2]

@@ -124,7 +124,7 @@ def mean_dip_direction(vertices: FloatArray, triangles: IntArray) -> tuple[Float
         if strike[0] < 0 or (strike[0] == 0 and strike[1] < 0):
             strike = -strike
         direction = np.array([strike[1], -strike[0]])
-    return floats(direction), dip
+    return floats(direction + 0.0), dip
 
 
 def edge_table(triangles: IntArray) -> tuple[IntArray, IntArray]:

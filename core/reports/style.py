@@ -121,7 +121,7 @@ class Frame:
 def rounded(value: float) -> str:
     """Return a number with three digits, without an exponent where it has up to seven before the point.
 
-    >>> rounded(1234.5), rounded(0.01234), rounded(-0.0)
+    >>> rounded(1234.6), rounded(0.01234), rounded(-0.0)
     ('1235', '0.0123', '0')
     """
     if value == 0:

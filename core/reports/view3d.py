@@ -12,6 +12,8 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
 from numpy.typing import ArrayLike
 
 from graben.arrays import FloatArray, IntArray
@@ -20,6 +22,8 @@ from graben.reports.style import FOOT, HANGING, Frame, elevation_colours, plain_
 from graben.surface import Surface
 
 if TYPE_CHECKING:
+    from matplotlib.colors import Colormap
+
     from graben.pipeline import RunResult
 
 #: Above so many triangles in all, surfaces are thinned for the view; smaller ones than the second stay.
@@ -178,11 +182,6 @@ def _colourings(thinned: Sequence[tuple[HorizonResult, IntArray]], frame: Frame)
     height = [frame.z_factor * h.surface.vertices[kept, 2] for h, kept in thinned]
     throw = [node_throws(h)[kept] for h, kept in thinned]
     subdomain = [h.subdomain[kept] % len(_SUBDOMAIN_COLOURS) for h, kept in thinned]
-    stops = np.linspace(0.0, 1.0, 11)
-    shades = [
-        [float(s), "#" + "".join(f"{round(255 * c):02x}" for c in colour[:3])]
-        for s, colour in zip(stops, elevation_colours()(stops), strict=True)
-    ]
     most = max((float(np.abs(t).max()) for t in throw if len(t)), default=0.0) or 1.0
     count = len(_SUBDOMAIN_COLOURS)
     bands = [[(k + end) / count, colour] for k, colour in enumerate(_SUBDOMAIN_COLOURS) for end in (0, 1)]
@@ -190,12 +189,14 @@ def _colourings(thinned: Sequence[tuple[HorizonResult, IntArray]], frame: Frame)
         "height": {
             "label": frame.z_name,
             "values": [encoded(h, "f4") for h in height],
-            "axis": _colour_axis(shades, frame.label(frame.z_name), reversescale=frame.z_factor < 0),
+            "axis": _colour_axis(
+                _shades(elevation_colours()), frame.label(frame.z_name), reversescale=frame.z_factor < 0
+            ),
         },
         "throw": {
             "label": "throw near the cutoffs",
             "values": [encoded(t, "f4") for t in throw],
-            "axis": _colour_axis("PuOr", frame.label("throw"), cmin=-most, cmax=most, reversescale=True),
+            "axis": _colour_axis(_shades(colormaps["PuOr_r"]), frame.label("throw"), cmin=-most, cmax=most),
         },
         "subdomain": {
             "label": "subdomain",
@@ -203,6 +204,12 @@ def _colourings(thinned: Sequence[tuple[HorizonResult, IntArray]], frame: Frame)
             "axis": _colour_axis(bands, "", cmin=-0.5, cmax=count - 0.5, showscale=False),
         },
     }
+
+
+def _shades(colours: Colormap) -> list[list[float | str]]:
+    """Return a colour map as plotly.js takes it."""
+    stops = np.linspace(0.0, 1.0, 11)
+    return [[float(s), to_hex(colour)] for s, colour in zip(stops, colours(stops), strict=True)]
 
 
 def _colour_axis(scale: object, title: str, **keys: object) -> dict[str, Any]:
