@@ -74,6 +74,8 @@ class Horizon:
         The input points, empty for grids and triangulated surfaces.
     noise : float
         Standard deviation of the input, model units.
+    smoothing : float
+        Length over which picks were smoothed when the surface was fitted, model units; 0 without picks.
     notes : tuple of str
         What was done on reading (undefined nodes, fitted points), one sentence each.
     """
@@ -84,6 +86,7 @@ class Horizon:
     grid: GridGeometry | None = None
     picks: FloatArray = field(default_factory=lambda: floats([], 0, 3))
     noise: float = 0.0
+    smoothing: float = 0.0
     notes: tuple[str, ...] = ()
 
     def moved(self, offset: FloatArray) -> Horizon:

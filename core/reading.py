@@ -170,6 +170,7 @@ def _horizon_of_points(section: HorizonSection, file: Path, z: Sign) -> Horizon:
             f"{file}: a step of {step:g} gives horizon {section.name!r} more than {MOST_NODES} grid nodes; "
             "set a larger step."
         )
+    smoothing = 0.0
     if not finite.all():
         surface = _unfit_surface(section.name, picks)
         note = f"{np.count_nonzero(~finite)} points are no places, the first in line {lines[~finite][0]}."
@@ -181,7 +182,8 @@ def _horizon_of_points(section: HorizonSection, file: Path, z: Sign) -> Horizon:
         except ModelingError as error:
             raise InputError(f"{file}: {error}") from error
         surface, note = Surface(section.name, fitted.vertices, fitted.triangles), fitted.note
-    return Horizon(section.name, surface, step, grid, picks, section.noise, (note,) if note else ())
+        smoothing = fitted.smoothing
+    return Horizon(section.name, surface, step, grid, picks, section.noise, smoothing, (note,) if note else ())
 
 
 def _unfit_surface(name: str, picks: FloatArray) -> Surface:

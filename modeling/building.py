@@ -19,6 +19,7 @@ from graben.modeling.guides import Guides
 from graben.modeling.iteration import Outcome, Problem, iterated
 from graben.modeling.movement import Lips, Role, guides_of, lips
 from graben.modeling.outline import Run, runs
+from graben.modeling.picks import NodeData
 from graben.modeling.preparation import CutHorizon
 from graben.modeling.results import HorizonResult, Subdomain, Termination, TerminationType
 from graben.surface import Surface, edge_table
@@ -166,6 +167,13 @@ class _Stage:
             self.model.gamma(self.model.faults[f], prepared.horizon)
             for f in np.unique(self.lips.faults[mine])
         ]
+        length = parameters.length or _LENGTH * max(gammas)
+        data = prepared.data
+        known = (index[data.nodes] >= 0) & prepared.unknown[data.nodes]
+        known &= cut.node_labels[data.nodes] == label
+        local_data = NodeData(index[data.nodes[known]], data.z[known], data.gradient[known])
+        smoothing = prepared.horizon.smoothing or prepared.horizon.step
+        stiffness = parameters.theta * length**2 / smoothing**4 * _areas(points[:, :2], pattern)[local_data.nodes]
         problem = Problem(
             points=points[:, :2],
             pattern=pattern,
@@ -174,8 +182,10 @@ class _Stage:
             cut=nodes,
             guides=Guides(self.guides.lines[mine]),
             deformation=deformation,
+            data=local_data,
+            stiffness=stiffness,
             theta=parameters.theta,
-            length=parameters.length or _LENGTH * max(gammas),
+            length=length,
             tolerance=self.model.tolerance,
         )
         return local, problem
@@ -189,3 +199,10 @@ class _Stage:
         return termination(
             outcome, self.model, role, (fault, int(self.lips.sides[k])), points[self.lips.copies[k]]
         )
+
+
+def _areas(points: FloatArray, pattern: EdgePattern) -> FloatArray:
+    """Return a third of the plan area of the triangles around each node, (n,)."""
+    a, b, c = (points[pattern.triangles[:, k]] for k in range(3))
+    area = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    return np.bincount(pattern.triangles.ravel(), np.repeat(area / 3, 3), minlength=len(points))

@@ -16,6 +16,7 @@ from graben.modeling.algebra import Analysis, Backend
 from graben.modeling.deformation import Deformation
 from graben.modeling.energy import Block, EdgePattern, assemble
 from graben.modeling.guides import Guides
+from graben.modeling.picks import NodeData
 from graben.modeling.results import TerminationType
 
 #: Steps that the acceleration looks back.
@@ -46,6 +47,8 @@ class Problem:
         Of the nodes of the cut.
     deformation : Deformation
         How the mesh follows.
+    data, stiffness : NodeData, (k,) array
+        What trusted picks say of nodes (in this numbering), and the weight of each in the energy.
     theta, length, tolerance : float
         Parameters of the energy and of the termination; length and tolerance in model units.
     """
@@ -57,6 +60,8 @@ class Problem:
     cut: IntArray
     guides: Guides
     deformation: Deformation
+    data: NodeData
+    stiffness: FloatArray
     theta: float
     length: float
     tolerance: float
@@ -99,6 +104,9 @@ class _Solver:
         self.problem = problem
         self.unknown = np.flatnonzero(problem.unknown)
         self.fixed = np.flatnonzero(~problem.unknown)
+        self._data = np.searchsorted(self.unknown, problem.data.nodes)
+        self._weight = np.zeros(len(self.unknown))
+        self._weight[self._data] = problem.stiffness
         self._own = Block.of(problem.pattern, self.unknown, self.unknown)
         self._other = Block.of(problem.pattern, self.unknown, self.fixed)
         self._backend = backend
@@ -112,7 +120,11 @@ class _Solver:
         if self._analysis is None:
             self._analysis = self._backend.analyse(own)
         # Solved for the difference from the input, whose size is that of the throw, not of the depth.
+        shift = points[p.data.nodes] - p.points[p.data.nodes]
+        misfit = p.values[p.data.nodes] - p.data.z - (p.data.gradient * shift).sum(axis=1)
         load = own @ p.values[self.unknown] + self._other.of_matrix(matrix) @ p.values[self.fixed]
+        load[self._data] += p.stiffness * misfit
+        own.setdiag(own.diagonal() + self._weight)
         result = p.values.copy()
         result[self.unknown] -= self._analysis.factor(own).solve(load)
         return result

@@ -11,6 +11,7 @@ from graben.cutgraph import CutGraph
 from graben.model import Horizon, Model
 from graben.modeling.cutting import CutMesh, opened
 from graben.modeling.distance import distances
+from graben.modeling.picks import NodeData, node_data
 from graben.modeling.triangulation import PlanMesh, triangulated
 from graben.surface import boundary_edges
 from graben.validators.context import Anchoring
@@ -35,6 +36,8 @@ class CutHorizon:
         Side of each copy with regard to each fault of ``faults``: see ``HorizonResult.block``.
     faults : (f,) array
         Indices of the faults that cut the horizon.
+    data : NodeData
+        What trusted picks inside the zone say of the copies.
     anchors : tuple of Anchoring
         How each subdomain is held.
     warnings : tuple of str
@@ -48,6 +51,7 @@ class CutHorizon:
     unknown: BoolArray
     block: IntArray
     faults: IntArray
+    data: NodeData
     anchors: tuple[Anchoring, ...]
     warnings: tuple[str, ...]
 
@@ -89,8 +93,10 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
                     f"gamma reduced to {gamma:.4g} {model.unit} there."
                 )
         anchors.append(anchor)
+    surfaces = [model.faults[f].surface for f in faults]
+    data = node_data(horizon.picks, graph, surfaces, gammas, mesh.points[cut.origin, :2], block, horizon.step)
     return CutHorizon(
-        horizon, graph, mesh, cut, bools(unknown), ints(block), ints(faults), tuple(anchors), tuple(warnings)
+        horizon, graph, mesh, cut, bools(unknown), ints(block), ints(faults), data, tuple(anchors), tuple(warnings)
     )
 
 

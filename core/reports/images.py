@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Resolutions tried for pictures that are too large as drawings, dots per inch.
-_RESOLUTIONS = (140, 105, 80)
+_RESOLUTIONS = (140, 105, 80, 50)
 _COLOURS = 256
 #: Bytes below which few drawings fit: not worth the time.
 _LEAST_DRAWING = 150_000

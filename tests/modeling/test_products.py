@@ -26,7 +26,7 @@ def test_grid_is_undefined_in_the_gap_and_nowhere_else():
     result = cut_result(throw=400.0)  # a gap of up to 231 m is wider than the grid's step
     gap = shapely.union_all([polygon for _, polygon in fault_polygons(result)])
     nodes = result.horizon.grid.nodes()
-    inside = shapely.contains_xy(gap, nodes)
+    inside = shapely.contains_xy(gap, nodes[..., 0], nodes[..., 1])
     assert inside.sum() > 10
     np.testing.assert_array_equal(np.isnan(regular_grid(result)), inside)
 

@@ -61,9 +61,8 @@ def figures(result, frame=METRES, name="F1"):
     }
 
 
-@pytest.mark.parametrize("throw", [138.0, -138.0])
-def test_every_figure_is_the_same_picture_twice(throw):
-    result = sample.cut_result(throw=throw)
+def test_every_figure_is_the_same_picture_twice():
+    result = sample.cut_result(throw=-138.0)
     first, second = ({key: svg_bytes(figure) for key, figure in figures(result).items()} for _ in range(2))
     assert first == second
     assert all(b"<dc:date>" not in picture for picture in first.values())
@@ -120,7 +119,7 @@ def test_many_pieces_share_a_figure_and_say_what_is_left_out():
     object.__setattr__(result, "cutoffs", pieces)
     figure = throw_figure(result, METRES)
     assert "3 cutoffs" in figure.get_suptitle()
-    assert [a.get_title() for a in figure.axes if a.get_visible()][0] == "F1, piece 4 of 15"
+    assert figure.axes[0].get_title(loc="left") == "F1, piece 4 of 15"
 
 
 def test_large_drawings_become_pictures():

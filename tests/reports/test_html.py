@@ -66,7 +66,7 @@ def test_tags_are_closed_and_ids_are_unique(passed, evil):
 
 def test_verdict_is_the_first_line(passed, evil):
     for text, word in ((passed, "Modeled: 1 of 2 horizons"), (evil, "NOT PASSED: ")):
-        body = "".join(Page(text.split("<header>")[1]).text)
+        body = "".join(Page(text).text).split("Skip to the results")[1]
         assert body.strip().startswith(word)
 
 
@@ -88,8 +88,8 @@ def test_names_are_text_everywhere(evil):
     text = "".join(page.text)
     assert sample.EVIL in text
     assert "A cycle of <b>traces</b>." in text
-    assert all("<script" not in (a.get("alt") or "") or True for a in page["img"])
     assert "<script>alert" not in evil
+    assert any(sample.EVIL in p["alt"] for p in page["img"])
 
 
 def test_every_picture_has_words(passed):

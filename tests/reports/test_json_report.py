@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
+import jsonschema
 import numpy as np
 import pytest
 
 from graben.modeling.results import Termination, TerminationType
 from graben.reports.json_report import as_text, run_report
+from graben.schema import schemas
 from tests.reports import sample
 
 KEYS = {"schema", "model", "before", "repairs", "after", "horizons", "timings", "peak_memory_mb"}
@@ -86,3 +88,10 @@ def test_numbers_that_are_not_finite_become_null():
 def test_text_reads_back_the_same():
     report = run_report(sample.failed_run(sample.EVIL), {})
     assert json.loads(as_text(report)) == report
+
+
+@pytest.mark.parametrize("result", [sample.run_result(), sample.failed_run()], ids=["passed", "failed"])
+def test_keeps_to_its_schema(result):
+    jsonschema.validate(
+        run_report(result, {"Top A": {"grid": "horizons/Top_A.irap"}}), schemas()["report.json"]
+    )

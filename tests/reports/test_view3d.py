@@ -22,9 +22,9 @@ def test_points_keep_their_place_to_a_millimetre():
     result = sample.run_result()
     view = scene(result)
     mesh = view.data[0]
-    written = [axis["title"]["text"] for axis in (view.layout["scene"][k] for k in ("xaxis", "yaxis"))]
+    written = [view.layout["scene"][k]["title"]["text"] for k in ("xaxis", "yaxis")]
     offset = [float(text.split(" − ")[1].split(" ")[0]) for text in written]
-    points = np.stack([decoded(mesh[k]) for k in "xyz"], axis=1) + [*offset, 0.0]
+    points = np.stack([decoded(mesh[k]) for k in "xyz"], axis=1) + np.array([*offset, 0.0])
     np.testing.assert_allclose(points, result.horizons[0].surface.vertices, rtol=0, atol=1e-3)
     corners = np.stack([decoded(mesh[k]) for k in "ijk"], axis=1)
     np.testing.assert_array_equal(corners, result.horizons[0].surface.triangles)
