@@ -183,7 +183,9 @@ def _horizon_of_points(section: HorizonSection, file: Path, z: Sign) -> Horizon:
             raise InputError(f"{file}: {error}") from error
         surface, note = Surface(section.name, fitted.vertices, fitted.triangles), fitted.note
         smoothing = fitted.smoothing
-    return Horizon(section.name, surface, step, grid, picks, section.noise, smoothing, (note,) if note else ())
+    return Horizon(
+        section.name, surface, step, grid, picks, section.noise, smoothing, (note,) if note else ()
+    )
 
 
 def _unfit_surface(name: str, picks: FloatArray) -> Surface:

@@ -173,7 +173,9 @@ class _Stage:
         known &= cut.node_labels[data.nodes] == label
         local_data = NodeData(index[data.nodes[known]], data.z[known], data.gradient[known])
         smoothing = prepared.horizon.smoothing or prepared.horizon.step
-        stiffness = parameters.theta * length**2 / smoothing**4 * _areas(points[:, :2], pattern)[local_data.nodes]
+        stiffness = (
+            parameters.theta * length**2 / smoothing**4 * _areas(points[:, :2], pattern)[local_data.nodes]
+        )
         problem = Problem(
             points=points[:, :2],
             pattern=pattern,

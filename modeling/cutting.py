@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from graben.arrays import IntArray, ints
+from graben.errors import ModelingError
 from graben.modeling.refinement import component_labels
 from graben.modeling.triangulation import PlanMesh
 from graben.surface import edge_sharing, edge_table
@@ -73,9 +74,18 @@ def opened(mesh: PlanMesh) -> CutMesh:
 
 def _edge_indices(edges: IntArray, wanted: IntArray) -> IntArray:
     """Return the indices of the ``wanted`` (e, 2) node pairs among sorted unique ``edges``."""
-    base = int(edges.max(initial=0)) + 1
+    base = int(max(edges.max(initial=0), wanted.max(initial=0))) + 1
     low, high = wanted.min(axis=1), wanted.max(axis=1)
-    return np.asarray(np.searchsorted(edges[:, 0] * base + edges[:, 1], low * base + high), dtype=np.int64)
+    keys = edges[:, 0] * base + edges[:, 1]
+    found = np.searchsorted(keys, low * base + high)
+    missing = found >= len(keys)
+    missing[~missing] = keys[found[~missing]] != (low * base + high)[~missing]
+    if missing.any():
+        raise ModelingError(
+            f"{np.count_nonzero(missing)} of {len(wanted)} edges of the cut found no place in the mesh: parts of "
+            "it run too close to each other or to the horizon's boundary."
+        )
+    return np.asarray(found, dtype=np.int64)
 
 
 def _side_pairs(sides: IntArray, inner: np.ndarray) -> IntArray:

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
+import igl
 import numpy as np
 
-from graben.arrays import FloatArray, IntArray, ints
+from graben.arrays import BoolArray, FloatArray, IntArray, ints
 from graben.complexes import Complex
 from graben.cutgraph import CutGraph
 from graben.modeling.cutting import CutMesh
 from graben.modeling.fictitious import wall_edges
 from graben.modeling.guides import Guides, branch, sections
+from graben.modeling.snapping import NEAR, near_boundary
 from graben.surface import Surface, boundary_edges, chained
+
+_Near = Callable[[FloatArray], BoolArray]
 
 
 class Role(IntEnum):
@@ -128,10 +132,12 @@ def guides_of(
     """
     lines: list[FloatArray] = [np.zeros((0, 3))] * len(lip.copies)
     nodes = graph.nodes[cut.origin[lip.copies]]
+    way = np.diff(graph.nodes[graph.edges], axis=1)[:, 0]
+    near = NEAR * float(np.median(np.hypot(way[:, 0], way[:, 1]))) if len(way) else 0.0
     _tips(lines, lip, nodes, faults)
-    _junctions(lines, lip, nodes, network)
+    _junctions(lines, lip, nodes, faults, network, near)
     if (lip.roles == Role.EXIT).any():
-        _exits(lines, lip, nodes, horizon, network)
+        _exits(lines, lip, nodes, faults, horizon, network, near)
     held = np.flatnonzero(lip.roles != Role.FREE)
     ends = Guides.of([lines[k] for k in held])
     toward = np.zeros((len(cut.origin), 2))
@@ -144,10 +150,44 @@ def _nearest_branch(chains: list[FloatArray], point: FloatArray) -> FloatArray:
     """Return the rising branch around a point of the chain that passes nearest to it."""
     if not chains:
         return point[None]
-    gaps = [_gap(chain, point) for chain in chains]
-    chain = chains[int(np.argmin(gaps))]
-    line = branch(chain, point, float(np.ptp(chain, axis=0).max()))
-    return line
+    chain = chains[int(np.argmin([_gap(c, point) for c in chains]))]
+    return branch(chain, point, float(np.ptp(chain, axis=0).max()))
+
+
+def _beside(rims: list[FloatArray], point: FloatArray, reach: float, near: _Near) -> FloatArray:
+    """Return the branch of a fault's rim around a point as far as it is near to another surface.
+
+    Where a fault ends at another, or at the boundary, to the digits of its file only, they meet in fragments
+    or not at all: then the rim is the line in which they meet. The point alone if no rim is within reach.
+    """
+    if not rims or min(_gap(rim, point) for rim in rims) > reach**2:
+        return point[None]
+    line = _nearest_branch(rims, point)
+    at = int(np.argmin(np.linalg.norm(line - point, axis=1)))
+    lost = np.flatnonzero(~near(line))
+    first = int(lost[lost < at].max(initial=-1)) + 1
+    last = int(lost[lost > at].min(initial=len(line)))
+    return line[first:last] if last > first else point[None]
+
+
+def _longest(lines: list[FloatArray]) -> FloatArray:
+    """Return the guide that reaches over the widest range of elevations, the first of equals."""
+    return max(lines, key=lambda line: float(line[-1, 2] - line[0, 2]))
+
+
+def _rims(surface: Surface) -> list[FloatArray]:
+    return [surface.vertices[c] for c in chained(boundary_edges(surface.triangles))]
+
+
+def _near_surface(surface: Surface, reach: float) -> _Near:
+    """Return what says which points, (k, 3), lie within ``reach`` of a surface."""
+    vertices, triangles = np.ascontiguousarray(surface.vertices), np.ascontiguousarray(surface.triangles)
+
+    def near(points: FloatArray) -> BoolArray:
+        squared = igl.point_mesh_squared_distance(np.ascontiguousarray(points), vertices, triangles)[0]
+        return np.asarray(squared <= reach**2, dtype=bool)
+
+    return near
 
 
 def _gap(line: FloatArray, point: FloatArray) -> float:
@@ -159,13 +199,19 @@ def _gap(line: FloatArray, point: FloatArray) -> float:
 
 def _tips(lines: list[FloatArray], lip: Lips, nodes: FloatArray, faults: Sequence[Surface]) -> None:
     for f in np.unique(lip.faults[lip.roles == Role.TIP, 0]):
-        surface = faults[f]
-        rims = [surface.vertices[c] for c in chained(boundary_edges(surface.triangles))]
+        rims = _rims(faults[f])
         for k in np.flatnonzero((lip.roles == Role.TIP) & (lip.faults[:, 0] == f)):
             lines[k] = _nearest_branch(rims, nodes[k])
 
 
-def _junctions(lines: list[FloatArray], lip: Lips, nodes: FloatArray, network: Complex) -> None:
+def _junctions(
+    lines: list[FloatArray],
+    lip: Lips,
+    nodes: FloatArray,
+    faults: Sequence[Surface],
+    network: Complex,
+    reach: float,
+) -> None:
     at = np.flatnonzero(lip.roles == Role.JUNCTION)
     if len(at) == 0:
         return
@@ -174,17 +220,33 @@ def _junctions(lines: list[FloatArray], lip: Lips, nodes: FloatArray, network: C
     for pair in np.unique(np.sort(lip.faults[at], axis=1), axis=0):
         shared = np.intersect1d(owners[pair[0]], owners[pair[1]])
         chains = [network.vertices[c] for c in chained(edges[shared])]
+        both = [(_rims(faults[f]), _near_surface(faults[g], reach)) for f, g in (pair, pair[::-1])]
         for k in at[(np.sort(lip.faults[at], axis=1) == pair).all(axis=1)]:
-            lines[k] = _nearest_branch(chains, nodes[k])
+            rims = [_beside(rim, nodes[k], reach, near) for rim, near in both]
+            lines[k] = _longest([_nearest_branch(chains, nodes[k]), *rims])
 
 
-def _exits(lines: list[FloatArray], lip: Lips, nodes: FloatArray, horizon: Surface, network: Complex) -> None:
+def _exits(
+    lines: list[FloatArray],
+    lip: Lips,
+    nodes: FloatArray,
+    faults: Sequence[Surface],
+    horizon: Surface,
+    network: Complex,
+    reach: float,
+) -> None:
     both, edges, owner = wall_edges(horizon, network)
     at = np.flatnonzero(lip.roles == Role.EXIT)
+
+    def near(points: FloatArray) -> BoolArray:
+        return near_boundary(points[:, :2], horizon, reach)
+
     for f in np.unique(lip.faults[at, 0]):
         chains = [both.vertices[c] for c in chained(edges[owner == f])]
+        rims = _rims(faults[f])
         for k in at[lip.faults[at, 0] == f]:
-            lines[k] = _nearest_branch(chains, nodes[k])
+            rim = _beside(rims, nodes[k], reach, near)
+            lines[k] = _longest([_nearest_branch(chains, nodes[k]), rim])
 
 
 def _free(

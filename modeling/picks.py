@@ -1,7 +1,8 @@
 """Picks inside the modeling zone: which of them can be trusted, and what they say of the nodes.
 
-A zone is rebuilt because seismic smears a horizon across its faults. Where the picks themselves show the
-jump, right up to the fault, they are not smeared, and to leave them out would be to guess what is known.
+A zone is rebuilt because seismic smears a horizon across its faults. Picks that leave a fault itself free
+and jump across it were made on its two sides, not tracked over it: to leave them out would be to guess what
+is known.
 """
 
 from __future__ import annotations
@@ -20,12 +21,11 @@ from graben.surface import Surface, triangle_normals
 
 #: Share of the jump that the surface further out asks for, which picks next to the fault must show.
 _SHARP = 0.5
-#: Picks next to the fault that are averaged on each side.
-_NEAREST = 3
-#: A node follows picks that lie within this many steps.
-_REACH = 1.0
-#: Picks from which the plane at a node is taken, and how far they may lie, in steps.
-_AROUND, _WITHIN = 8, 2.5
+#: Picks for a local plane. Held out behind gaps of 80 to 150 m in the real horizons at hand, 10 to 16 did
+#: equally well and fewer or more did worse: the most local of the good.
+_NEIGHBOURS = 10
+#: A fault is left free when picks come within a step of at most this share of its cut.
+_TOUCHED = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,41 +72,53 @@ def node_data(
     """
     if len(picks) == 0:
         return no_data()
-    sides, trusted = _sides(picks, graph, faults, gammas)
-    picks, sides = picks[trusted], sides[trusted]
+    sides, trusted = _sides(picks, graph, faults, gammas, step)
     found: list[NodeData] = []
     for kind in np.unique(block[(block != 0).any(axis=1)], axis=0):
+        if not trusted[kind != 0].all():
+            continue
+        own = picks[((sides == kind) | (kind == 0)).all(axis=1)]
+        if len(own) < _NEIGHBOURS:
+            continue
         mine = np.flatnonzero((block == kind).all(axis=1))
-        own = picks[((sides == kind) | (sides == 0) | (kind == 0)).all(axis=1)]
-        if len(own) >= _NEAREST:
-            found.append(_planes(own, nodes, mine, step))
+        planes = _local_planes(own, nodes[mine], 2 * gammas.max())
+        held = np.isfinite(planes[:, 0])
+        found.append(NodeData(mine[held], planes[held, 0], planes[held, 1:]))
     if not found:
         return no_data()
     return NodeData(*(np.concatenate([getattr(d, key) for d in found]) for key in ("nodes", "z", "gradient")))
 
 
 def _sides(
-    picks: FloatArray, graph: CutGraph, faults: Sequence[Surface], gammas: FloatArray
+    picks: FloatArray, graph: CutGraph, faults: Sequence[Surface], gammas: FloatArray, step: float
 ) -> tuple[IntArray, BoolArray]:
-    """Return the side of each pick with regard to each fault, (p, f), and which picks are trusted, (p,)."""
+    """Return the side of each pick with regard to each fault, (p, f), and around which they are trusted, (f,).
+
+    The side is 0 further than two gamma from the cut.
+    """
     sides = np.zeros((len(picks), len(faults)), dtype=np.int64)
-    trusted = np.ones(len(picks), dtype=bool)
+    trusted = np.zeros(len(faults), dtype=bool)
     for k, f in enumerate(np.unique(graph.faults)):
         edges = graph.faults == f
-        away = distances(picks[:, :2], graph, edges)[0]
-        near = np.flatnonzero(away < gammas[k])
-        if len(near) == 0:
+        away, nearest = distances(picks[:, :2], graph, edges)
+        if len(np.unique(nearest[away < step])) > _TOUCHED * edges.sum():
             continue
+        near = np.flatnonzero(away < 2 * gammas[k])
         sides[near, k] = _above(picks[near], faults[k])
-        if not _sharp(picks[near], sides[near, k], away[near], graph.nodes[graph.edges[edges]].mean(axis=1)):
-            trusted[near] = False
+        zone = near[away[near] < gammas[k]]
+        places = graph.nodes[graph.edges[edges]].mean(axis=1)[:, :2]
+        trusted[k] = _sharp(picks[zone], sides[zone, k], away[zone], places)
     return sides, trusted
 
 
 def _above(points: FloatArray, fault: Surface) -> IntArray:
     """Return 1 for points above a fault, on its hanging wall, and -1 for those below."""
+    if len(points) == 0:
+        return np.zeros(0, dtype=np.int64)
     _, face, near = igl.point_mesh_squared_distance(
-        np.ascontiguousarray(points), np.ascontiguousarray(fault.vertices), np.ascontiguousarray(fault.triangles)
+        np.ascontiguousarray(points),
+        np.ascontiguousarray(fault.vertices),
+        np.ascontiguousarray(fault.triangles),
     )
     normal = triangle_normals(fault.vertices, fault.triangles)[face]
     normal = normal * np.where(normal[:, 2:] < 0, -1.0, 1.0)
@@ -116,41 +128,37 @@ def _above(points: FloatArray, fault: Surface) -> IntArray:
 def _sharp(picks: FloatArray, sides: IntArray, away: FloatArray, places: FloatArray) -> bool:
     """Return whether the jump between the picks next to a fault is the one that those further out ask for.
 
-    At places (m, 3) along the cut, on each side: the mean of the nearest picks, and the line through the
-    outer half of the zone extended to the fault. Without picks on both sides nothing is sharp.
+    At places (m, 2) along the cut: the jump between local planes through the picks of each side, nearest
+    ones against those in the outer half of the zone. Seismic that is smeared has hardly any jump near the
+    fault. Without enough picks on both sides nothing is sharp.
     """
-    reach = away.max()
-    jump_near, jump_far = [], []
-    trees = {s: cKDTree(picks[sides == s][:, :2]) for s in (-1, 1) if (sides == s).sum() > _NEAREST}
-    if len(trees) < 2:
+    if len(picks) == 0:
         return False
-    for place in places[:, :2]:
-        near, far = {}, {}
-        for s, tree in trees.items():
-            around = np.array(tree.query_ball_point(place, reach), dtype=np.int64)
-            z, d = picks[sides == s][around, 2], away[sides == s][around]
-            outer = d > reach / 2
-            if outer.sum() < _NEAREST or np.ptp(d[outer]) == 0:
-                break
-            near[s] = z[np.argsort(d, kind="stable")[:_NEAREST]].mean()
-            far[s] = np.polynomial.polynomial.polyfit(d[outer], z[outer], 1)[0]
-        if len(far) == 2:
-            jump_near.append(near[-1] - near[1])
-            jump_far.append(far[-1] - far[1])
-    near_all, far_all = np.array(jump_near), np.array(jump_far)
-    return len(far_all) > 0 and bool((near_all * far_all).sum() >= _SHARP * (far_all**2).sum())
+    outer = away > away.max() / 2
+    jumps = []
+    for chosen in (np.ones(len(picks), dtype=bool), outer):
+        parts = [picks[chosen & (sides == s)] for s in (-1, 1)]
+        if min(len(p) for p in parts) < _NEIGHBOURS:
+            return False
+        foot, hanging = (_local_planes(p, places, 2 * away.max()) for p in parts)
+        jumps.append(foot[:, 0] - hanging[:, 0])
+    there = np.isfinite(jumps[0]) & np.isfinite(jumps[1])
+    near, far = jumps[0][there], jumps[1][there]
+    return len(far) > 0 and bool((near * far).sum() >= _SHARP * (far**2).sum())
 
 
-def _planes(picks: FloatArray, nodes: FloatArray, mine: IntArray, step: float) -> NodeData:
-    """Return elevation and slope at nodes ``mine`` of planes through the picks around them."""
-    tree = cKDTree(picks[:, :2])
-    away, near = tree.query(nodes[mine], k=min(_AROUND, len(picks)), distance_upper_bound=_WITHIN * step)
-    held = (away[:, 0] < _REACH * step) & (np.isfinite(away).sum(axis=1) >= _NEAREST)
-    mine, away, near = mine[held], away[held], near[held]
-    there = np.isfinite(away)
-    near = np.where(there, near, 0)
-    weight = np.where(there, np.exp(-((away / step) ** 2)), 0.0)
-    rel = (picks[near, :2] - nodes[mine][:, None]) / step
+def _local_planes(picks: FloatArray, places: FloatArray, reach: float) -> FloatArray:
+    """Return elevation and slope (n, 3) at places (n, 2) by local linear regression; NaN without picks in reach.
+
+    Weights are tricube in the distance over that of the furthest of the neighbours: W. S. Cleveland,
+    Robust locally weighted regression, J. Am. Stat. Assoc. 74 (1979).
+    """
+    away, near = cKDTree(picks[:, :2]).query(places, k=_NEIGHBOURS)
+    width = away[:, -1:]
+    weight = (1.0 - (away / np.nextafter(width, np.inf)) ** 3) ** 3
+    rel = (picks[near, :2] - places[:, None]) / width[:, :, None]
     basis = np.concatenate([np.ones((*rel.shape[:2], 1)), rel], axis=2) * weight[:, :, None]
     fit = (np.linalg.pinv(basis, rcond=1e-2) @ (picks[near, 2] * weight)[:, :, None])[:, :, 0]
-    return NodeData(mine, fit[:, 0], fit[:, 1:] / step)
+    fit[:, 1:] /= width
+    fit[width[:, 0] > reach] = np.nan
+    return np.asarray(fit)

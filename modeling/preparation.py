@@ -96,7 +96,16 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
     surfaces = [model.faults[f].surface for f in faults]
     data = node_data(horizon.picks, graph, surfaces, gammas, mesh.points[cut.origin, :2], block, horizon.step)
     return CutHorizon(
-        horizon, graph, mesh, cut, bools(unknown), ints(block), ints(faults), data, tuple(anchors), tuple(warnings)
+        horizon,
+        graph,
+        mesh,
+        cut,
+        bools(unknown),
+        ints(block),
+        ints(faults),
+        data,
+        tuple(anchors),
+        tuple(warnings),
     )
 
 

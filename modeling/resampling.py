@@ -45,7 +45,8 @@ def node_kinds(count: int, edges: IntArray, faults: IntArray, outer: IntArray, r
     on_rim = np.zeros(count, dtype=bool)
     on_rim[edges[rim == 1]] = True
     kinds = np.full(count, int(NodeKind.INTERIOR))
-    kinds[(first != last) | (degree > 2)] = NodeKind.JUNCTION
+    # A node that a dropped piece left without edges is none.
+    kinds[((first != last) & (degree > 0)) | (degree > 2)] = NodeKind.JUNCTION
     end = degree == 1
     kinds[end] = np.where(on_rim[end], int(NodeKind.TIP), int(NodeKind.LOOSE))
     kinds[(outer == 1) & (degree > 0)] = NodeKind.EXIT
@@ -93,9 +94,10 @@ def resampled(
         mine = trace.edges[trace.faults == fault]
         for chain in _split(_dip_right(chained(mine), trace.points, directions[fault]), kinds):
             line = trace.points[chain]
-            ring = chain[0] == chain[-1] and index[chain[0]] < 0
-            inner = _points_between(line, step, ring)
-            if not ring:
+            closed = bool(chain[0] == chain[-1])
+            ring = closed and index[chain[0]] < 0
+            inner = _points_between(line, step, ring, 3 if closed else 1)
+            if not closed:
                 inner = _unkinked(line[0], inner, line[-1])
             nodes = np.arange(size, size + len(inner))
             size += len(inner)
@@ -119,9 +121,12 @@ def resampled(
 
 
 def _split(chains: list[IntArray], kinds: IntArray) -> list[IntArray]:
-    """Split chains at nodes that are not interior."""
+    """Split chains at nodes that are not interior; a closed chain then starts at such a node."""
     parts: list[IntArray] = []
-    for chain in chains:
+    for whole in chains:
+        held = np.flatnonzero(kinds[whole] != NodeKind.INTERIOR)
+        closed = whole[0] == whole[-1] and len(held) > 0
+        chain = np.append(np.roll(whole[:-1], -held[0]), whole[held[0]]) if closed else whole
         at = [k for k in range(1, len(chain) - 1) if kinds[chain[k]] != NodeKind.INTERIOR]
         for a, b in zip([0, *at], [*at, len(chain) - 1], strict=True):
             parts.append(chain[a : b + 1])
@@ -137,10 +142,13 @@ def _dip_right(chains: list[IntArray], points: FloatArray, direction: FloatArray
     return turned
 
 
-def _points_between(line: FloatArray, step: float, ring: bool) -> FloatArray:
-    """Return the points inside a polyline (of a ring: all) at equal shares of its plan length, (k, 3)."""
+def _points_between(line: FloatArray, step: float, ring: bool, least: int) -> FloatArray:
+    """Return the points inside a polyline (of a ring: all) at equal shares of its plan length, (k, 3).
+
+    The shares are of about ``step``, model units, and at least ``least`` in number.
+    """
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
-    parts = max(round(way[-1] / step), 3 if ring else 1)
+    parts = max(round(way[-1] / step), least)
     at = np.linspace(0.0, way[-1], parts + 1)[(0 if ring else 1) : -1]
     return np.stack([np.interp(at, way, line[:, k]) for k in range(3)], axis=1)
 

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
-from graben.arrays import IntArray
+import numpy as np
+import shapely
+
+from graben.arrays import BoolArray, IntArray
 from graben.complexes import Complex
 from graben.cutgraph import CutGraph, DroppedTrace, NodeKind
+from graben.errors import ModelingError
 from graben.model import Horizon, Model
 from graben.modeling.refinement import component_labels, refined
 from graben.modeling.resampling import Trace, node_kinds, resampled
+from graben.modeling.snapping import NEAR, along_boundary, reaching, snapped, without
 from graben.surface import Surface, boundary_edges, mean_dip_direction
 
 #: Pieces of a trace shorter than this many steps are dropped (SPEC, check `trace`).
 _PIECE = 2.0
 #: Ends beyond a junction shorter than this many steps are dropped: the mesh could not open them.
 _STUB = 1.0
+_SKIRTS = "along the boundary of the horizon"
 
 
 def cut_graph(model: Model, horizon: Horizon, network: Complex) -> CutGraph:
@@ -30,16 +36,52 @@ def cut_graph(model: Model, horizon: Horizon, network: Complex) -> CutGraph:
     network : Complex
         The common refinement of the model's faults; ``owner`` is the fault's index.
     """
-    trace = exact_trace(horizon.surface, network)
+    names = [f.name for f in model.faults]
+    reach = NEAR * horizon.step
+    trace = snapped(exact_trace(horizon.surface, network, names), reach)
+    beside = along_boundary(trace, horizon.surface, reach)
+    skirting = _skirting(trace, beside)
+    trace = reaching(without(trace, beside), horizon.surface, reach)
     keep, dropped = _long_enough(trace, horizon.step)
     directions = [mean_dip_direction(f.surface.vertices, f.surface.triangles)[0] for f in model.faults]
-    return resampled(horizon.name, _kept(trace, keep), horizon.step, directions, tuple(dropped))
+    graph = resampled(horizon.name, _kept(trace, keep), horizon.step, directions, (*skirting, *dropped))
+    _require_no_crossing(graph, names)
+    return graph
 
 
-def exact_trace(horizon: Surface, network: Complex) -> Trace:
-    """Return the edges that the horizon and the faults share in their exact common refinement."""
+def _skirting(trace: Trace, beside: BoolArray) -> list[DroppedTrace]:
+    """Return what is left out of each fault because it runs along the horizon's boundary."""
+    ends = trace.points[trace.edges]
+    lengths = np.hypot(*(ends[:, 1, :2] - ends[:, 0, :2]).T)
+    dropped = []
+    for fault in np.unique(trace.faults[beside]):
+        mine = beside & (trace.faults == fault)
+        place = ends[mine].mean(axis=(0, 1))
+        dropped.append(DroppedTrace(int(fault), float(lengths[mine].sum()), place, _SKIRTS))
+    return dropped
+
+
+def _require_no_crossing(graph: CutGraph, names: Sequence[str]) -> None:
+    """Raise ModelingError when two edges of the resampled graph cross in plan."""
+    lines = shapely.linestrings(graph.nodes[graph.edges][:, :, :2])
+    pairs = shapely.STRtree(lines).query(lines, predicate="crosses").T
+    if len(pairs):
+        a, b = (names[f] for f in graph.faults[pairs[0]])
+        whose = f"The trace of {a} crosses itself" if a == b else f"The traces of {a} and {b} cross"
+        raise ModelingError(f"{whose} in plan once drawn with the horizon's step; use a smaller step.")
+
+
+def exact_trace(horizon: Surface, network: Complex, names: Sequence[str] = ()) -> Trace:
+    """Return the edges that the horizon and the faults share in their exact common refinement.
+
+    Raises
+    ------
+    ModelingError
+        When a fault lies in the horizon over an area: says which by ``names``, else by its number.
+    """
     faults = Surface("faults", network.vertices, network.triangles)
     both = refined([faults, horizon])
+    _require_no_area(both, network, names)
     edges, sides = both.edges()
     of_horizon = both.owner == 1
     in_horizon = np.zeros(len(edges), dtype=bool)
@@ -58,6 +100,20 @@ def exact_trace(horizon: Surface, network: Complex) -> Trace:
         rim[fault == f] = on_rim[edges[shared[fault == f]]]
     nodes, local = np.unique(edges[shared], return_inverse=True)
     return Trace(both.vertices[nodes], local.reshape(-1, 2), fault, outer[nodes], rim)
+
+
+def _require_no_area(both: Complex, network: Complex, names: Sequence[str]) -> None:
+    """Raise ModelingError when a triangle of a fault is a triangle of the horizon too."""
+    order = np.lexsort(np.sort(both.triangles, axis=1).T)
+    rows, owner = np.sort(both.triangles, axis=1)[order], both.owner[order]
+    same = (rows[1:] == rows[:-1]).all(axis=1) & (owner[1:] != owner[:-1])
+    if same.any():
+        # Of the two, the one of owner 0 is the fault's.
+        pairs = np.stack([order[:-1], order[1:]], axis=1)[same]
+        of_fault = pairs[both.owner[pairs] == 0]
+        fault = int(network.owner[both.parent[of_fault[0]]])
+        name = names[fault] if names else f"Fault {fault}"
+        raise ModelingError(f"{name} lies in the horizon over an area, in {len(pairs)} triangles.")
 
 
 def _long_enough(trace: Trace, step: float) -> tuple[IntArray, list[DroppedTrace]]:

@@ -13,6 +13,7 @@ from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats, ints
 from graben.cutgraph import CutGraph, NodeKind
 from graben.errors import ModelingError
 from graben.modeling.distance import distances
+from graben.modeling.snapping import NEAR
 from graben.modeling.zone import CLEARANCE, zone_of
 from graben.surface import Surface, boundary_edges
 
@@ -128,8 +129,8 @@ def _with_exits(
 ) -> tuple[IntArray, BoolArray]:
     """Return the rim with each exit put into the boundary edge it lies on, and the nodes that made way.
 
-    A boundary node that is in line with its neighbours and close to an exit is left out. Exits are
-    numbered from ``len(vertices)``, as the nodes of the graph.
+    A boundary node that is in line with its neighbours and close to an exit is left out, and any that the
+    exit cannot be told from. Exits are numbered from ``len(vertices)``, as the nodes of the graph.
     """
     rim = rim.copy()
     gone = np.zeros(len(vertices), dtype=bool)
@@ -145,17 +146,26 @@ def _with_exits(
         )
         k = border[np.argmin(((a + share[:, None] * way - p) ** 2).sum(axis=1))]
         start, end = rim[k]
+        straight = {near: _is_straight(rim, near, at) for near in (start, end)}
         rim = np.concatenate([np.delete(rim, k, axis=0), [[start, node], [node, end]]])
         for near in (start, end):
-            if near < len(vertices) and np.hypot(*(at[near] - p)) < CLEARANCE * step / 2:
+            away = np.hypot(*(at[near] - p))
+            if near < len(vertices) and away < CLEARANCE * step / 2:
                 mine = np.flatnonzero((rim == near).any(axis=1))
-                far = rim[mine][rim[mine] != near]
-                if len(mine) == 2 and _in_line(at[far[0]], at[near], at[far[1]]):
+                # An exit in a corner, to rounding, is the corner.
+                if len(mine) == 2 and (straight[near] or away <= NEAR * step):
                     before = rim[mine[rim[mine, 1] == near][0], 0]
                     after = rim[mine[rim[mine, 0] == near][0], 1]
                     rim = np.concatenate([np.delete(rim, mine, axis=0), [[before, after]]])
                     gone[near] = True
     return rim, gone
+
+
+def _is_straight(rim: IntArray, node: int, at: FloatArray) -> bool:
+    """Return whether a node of the rim lies in line with the two beside it."""
+    mine = rim[(rim == node).any(axis=1)]
+    far = mine[mine != node]
+    return len(far) == 2 and _in_line(at[far[0]], at[node], at[far[1]])
 
 
 def _in_line(a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
@@ -166,8 +176,11 @@ def _in_line(a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
 
 
 def _constrained(points: FloatArray, segments: IntArray) -> IntArray:
-    """Return the constrained Delaunay triangulation of the convex hull, counter-clockwise, (m, 3)."""
-    made = triangle.triangulate({"vertices": np.array(points), "segments": segments.astype(np.int32)}, "pc")
+    """Return the constrained Delaunay triangulation inside closed segments, counter-clockwise, (m, 3).
+
+    Holes are filled.
+    """
+    made = triangle.triangulate({"vertices": np.array(points), "segments": segments.astype(np.int32)}, "p")
     if len(made["vertices"]) != len(points):
         raise ModelingError("The cut graph crosses itself in plan after resampling; use a smaller step.")
     return np.asarray(made["triangles"], dtype=np.int64)

@@ -58,6 +58,8 @@ def zone_of(horizon: Surface, faces: IntArray, graph: CutGraph, step: float, gam
         gamma of each fault in ``np.unique(graph.faults)``, model units.
     """
     side = step * float(np.sqrt(2 / np.sqrt(3)))
+    # A zone wider than the horizon is the horizon; without this bound its lattice could have any size.
+    gammas = np.minimum(gammas, np.linalg.norm(np.ptp(horizon.vertices[:, :2], axis=0)))
     area = _within(graph, gammas * (1 + _OUTSIDE))
     ring = _on_rings(area, side)
     inner = _lattice(graph, side, gammas.max())

@@ -1,0 +1,155 @@
+"""An exact trace brought to a least distance between its points, which a mesh can resolve."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import igl
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from graben.arrays import BoolArray, FloatArray, IntArray
+from graben.modeling.resampling import Trace
+from graben.surface import Surface, boundary_edges
+
+#: Points of a trace nearer than this many steps to each other, or to the boundary, are one.
+NEAR = 1e-3
+
+
+def snapped(trace: Trace, reach: float) -> Trace:
+    """Return a trace in which no two points, and no point and edge, are nearer in plan than ``reach``.
+
+    Exact intersections of surfaces that nearly share points leave points and edges a rounding error apart,
+    between which no triangle fits: three faults through one point, a fault that ends at another to the
+    digits of its file, a horizon node on a fault, a fault given twice. Points of a group become one of
+    them, and an edge is led through a point close to it. A group is never wider than ``reach``: a line of
+    many short edges keeps its course.
+
+    Parameters
+    ----------
+    trace : Trace
+        The exact intersection.
+    reach : float
+        Model units.
+    """
+    return _through_points(_merged(trace, reach), reach)
+
+
+def _merged(trace: Trace, reach: float) -> Trace:
+    """Return the trace with points closer than ``reach`` made one, and edges that collapse left out."""
+    target = _targets(trace, reach)
+    if target is None:
+        return trace
+    outer = trace.outer.copy()
+    np.maximum.at(outer, target, trace.outer)
+    at = target[trace.edges]
+    on_rim = _keys(trace, at)[trace.rim == 1]
+    whole = at[:, 0] != at[:, 1]
+    return _rebuilt(trace, at[whole], trace.faults[whole], outer, on_rim)
+
+
+def _through_points(trace: Trace, reach: float) -> Trace:
+    """Return the trace with each edge led through the points closer to it than ``reach``."""
+    plan = trace.points[:, :2]
+    used = np.unique(trace.edges)
+    tree = shapely.STRtree(shapely.linestrings(plan[trace.edges]))
+    point, edge = tree.query(shapely.points(plan[used]), predicate="dwithin", distance=reach)
+    point = used[point]
+    inner = (trace.edges[edge] != point[:, None]).all(axis=1)
+    point, edge = point[inner], edge[inner]
+    if len(edge) == 0:
+        return trace
+    start, way = plan[trace.edges[edge, 0]], np.diff(plan[trace.edges[edge]], axis=1)[:, 0]
+    share = ((plan[point] - start) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), np.finfo(float).tiny)
+    order = np.lexsort((share, edge))
+    point, edge = point[order], edge[order]
+    cut = np.unique(edge)
+    whole = np.setdiff1d(np.arange(len(trace.edges)), cut)
+    edges, faults = [trace.edges[whole]], [trace.faults[whole]]
+    for e in cut:
+        path = np.concatenate([trace.edges[e, :1], point[edge == e], trace.edges[e, 1:]])
+        edges.append(np.stack([path[:-1], path[1:]], axis=1))
+        faults.append(np.full(len(path) - 1, trace.faults[e]))
+    on_rim = _keys(trace, trace.edges)[trace.rim == 1]
+    return _rebuilt(trace, np.concatenate(edges), np.concatenate(faults), trace.outer, on_rim)
+
+
+def _keys(trace: Trace, edges: IntArray, faults: IntArray | None = None) -> IntArray:
+    """Return a number for each end of each edge, (e, 2), that tells its fault and its point."""
+    faults = trace.faults if faults is None else faults
+    return np.asarray(faults[:, None] * len(trace.points) + edges, dtype=np.int64)
+
+
+def _rebuilt(trace: Trace, edges: IntArray, faults: IntArray, outer: IntArray, on_rim: IntArray) -> Trace:
+    """Return a trace of these edges, each once for its fault; ``on_rim`` are the keys of ends on a rim."""
+    rows = np.column_stack([faults, np.sort(edges, axis=1)])
+    kept = np.sort(np.unique(rows, axis=0, return_index=True)[1])
+    rim = np.isin(_keys(trace, edges[kept], faults[kept]), on_rim).astype(np.int64)
+    return Trace(trace.points, edges[kept], faults[kept], outer, rim)
+
+
+def _targets(trace: Trace, reach: float) -> IntArray | None:
+    """Return the point that each point becomes, shape (n,); None where all are far enough apart."""
+    plan = trace.points[:, :2]
+    pairs = cKDTree(plan).query_pairs(reach, output_type="ndarray")
+    if len(pairs) == 0:
+        return None
+    degree = np.bincount(trace.edges.ravel(), minlength=len(plan))
+    around: dict[int, list[int]] = {}
+    for a, b in pairs.tolist():
+        around.setdefault(a, []).append(b)
+        around.setdefault(b, []).append(a)
+    rank = np.where(trace.outer == 1, 0, np.where(degree != 2, 1, 2))
+    target = np.full(len(plan), -1)
+    for node in sorted(around, key=lambda n: (rank[n], *plan[n])):
+        if target[node] < 0:
+            target[node] = node
+            free = [n for n in around[node] if target[n] < 0]
+            target[free] = node
+    return np.where(target < 0, np.arange(len(plan)), target)
+
+
+def along_boundary(trace: Trace, horizon: Surface, reach: float) -> BoolArray:
+    """Return which edges run along the outer boundary of the horizon in plan, shape (e,).
+
+    Both ends and the middle of such an edge lie within ``reach`` (model units) of the boundary: there is
+    nothing on its other side to cut off.
+    """
+    if len(trace.edges) == 0:
+        return np.zeros(0, dtype=bool)
+    plan = trace.points[:, :2]
+    near = near_boundary(plan, horizon, reach)
+    middle = plan[trace.edges].mean(axis=1)
+    return np.asarray(near[trace.edges].all(axis=1) & near_boundary(middle, horizon, reach), dtype=bool)
+
+
+def near_boundary(points: FloatArray, horizon: Surface, reach: float) -> BoolArray:
+    """Return which plan points (n, 2) lie within ``reach`` of the horizon's boundary."""
+    squared = igl.point_mesh_squared_distance(
+        np.ascontiguousarray(np.pad(points, ((0, 0), (0, 1)))),
+        np.ascontiguousarray(np.pad(horizon.vertices[:, :2], ((0, 0), (0, 1)))),
+        np.ascontiguousarray(boundary_edges(horizon.triangles)),
+    )[0]
+    return np.asarray(squared <= reach**2, dtype=bool)
+
+
+def reaching(trace: Trace, horizon: Surface, reach: float) -> Trace:
+    """Return the trace with ends that stop within ``reach`` of the horizon's boundary counted as on it."""
+    degree = np.bincount(trace.edges.ravel(), minlength=len(trace.points))
+    ends = np.flatnonzero((degree == 1) & (trace.outer == 0))
+    if len(ends) == 0:
+        return trace
+    outer = trace.outer.copy()
+    outer[ends[near_boundary(trace.points[ends, :2], horizon, reach)]] = 1
+    return replace(trace, outer=outer)
+
+
+def without(trace: Trace, gone: BoolArray) -> Trace:
+    """Return the trace without some of its edges; what they leave bare on the boundary are exits."""
+    outer = trace.outer.copy()
+    outer[trace.edges[gone]] = 1
+    kept = ~gone
+    return replace(
+        trace, edges=trace.edges[kept], faults=trace.faults[kept], outer=outer, rim=trace.rim[kept]
+    )
