@@ -266,7 +266,8 @@ def _modeled(
         ready = stages.ready.get(horizon.name)
         if blocking or ready is None or evidence.complex is None:
             reasons = [f.message for f in blocking]
-            reasons += [evidence.errors[key] for key in ("", horizon.name) if key in evidence.errors]
+            errors = [evidence.errors[key] for key in ("", horizon.name) if key in evidence.errors]
+            reasons += [e for e in errors if not any(e in reason for reason in reasons)]
             not_modeled[horizon.name] = " ".join(reasons) or "It could not be prepared."
             continue
         say("model", horizon.name)

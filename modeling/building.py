@@ -207,4 +207,5 @@ def _areas(points: FloatArray, pattern: EdgePattern) -> FloatArray:
     """Return a third of the plan area of the triangles around each node, (n,)."""
     a, b, c = (points[pattern.triangles[:, k]] for k in range(3))
     area = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-    return np.bincount(pattern.triangles.ravel(), np.repeat(area / 3, 3), minlength=len(points))
+    share = np.bincount(pattern.triangles.ravel(), np.repeat(area / 3, 3), minlength=len(points))
+    return np.asarray(share, dtype=np.float64)

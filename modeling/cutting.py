@@ -82,8 +82,8 @@ def _edge_indices(edges: IntArray, wanted: IntArray) -> IntArray:
     missing[~missing] = keys[found[~missing]] != (low * base + high)[~missing]
     if missing.any():
         raise ModelingError(
-            f"{np.count_nonzero(missing)} of {len(wanted)} edges of the cut found no place in the mesh: parts of "
-            "it run too close to each other or to the horizon's boundary."
+            f"{np.count_nonzero(missing)} of {len(wanted)} edges of the cut found no place in the mesh: it "
+            "runs too close to itself or to the boundary of the horizon."
         )
     return np.asarray(found, dtype=np.int64)
 

@@ -92,7 +92,7 @@ def node_data(
 def _sides(
     picks: FloatArray, graph: CutGraph, faults: Sequence[Surface], gammas: FloatArray, step: float
 ) -> tuple[IntArray, BoolArray]:
-    """Return the side of each pick with regard to each fault, (p, f), and around which they are trusted, (f,).
+    """Return the side of each pick for each fault, (p, f), and around which faults picks are trusted.
 
     The side is 0 further than two gamma from the cut.
     """
@@ -148,7 +148,7 @@ def _sharp(picks: FloatArray, sides: IntArray, away: FloatArray, places: FloatAr
 
 
 def _local_planes(picks: FloatArray, places: FloatArray, reach: float) -> FloatArray:
-    """Return elevation and slope (n, 3) at places (n, 2) by local linear regression; NaN without picks in reach.
+    """Return elevation and slope (n, 3) at places (n, 2) by local regression; NaN without picks in reach.
 
     Weights are tricube in the distance over that of the furthest of the neighbours: W. S. Cleveland,
     Robust locally weighted regression, J. Am. Stat. Assoc. 74 (1979).

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from graben.arrays import BoolArray, IntArray
+from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.complexes import Complex
 from graben.cutgraph import CutGraph, DroppedTrace, NodeKind
 from graben.errors import ModelingError
@@ -15,7 +15,7 @@ from graben.model import Horizon, Model
 from graben.modeling.refinement import component_labels, refined
 from graben.modeling.resampling import Trace, node_kinds, resampled
 from graben.modeling.snapping import NEAR, along_boundary, reaching, snapped, without
-from graben.surface import Surface, boundary_edges, mean_dip_direction
+from graben.surface import Surface, boundary_edges, mean_dip_direction, triangle_areas
 
 #: Pieces of a trace shorter than this many steps are dropped (SPEC, check `trace`).
 _PIECE = 2.0
@@ -38,7 +38,7 @@ def cut_graph(model: Model, horizon: Horizon, network: Complex) -> CutGraph:
     """
     names = [f.name for f in model.faults]
     reach = NEAR * horizon.step
-    trace = snapped(exact_trace(horizon.surface, network, names), reach)
+    trace = snapped(exact_trace(horizon.surface, network, names, reach), reach)
     beside = along_boundary(trace, horizon.surface, reach)
     skirting = _skirting(trace, beside)
     trace = reaching(without(trace, beside), horizon.surface, reach)
@@ -71,17 +71,18 @@ def _require_no_crossing(graph: CutGraph, names: Sequence[str]) -> None:
         raise ModelingError(f"{whose} in plan once drawn with the horizon's step; use a smaller step.")
 
 
-def exact_trace(horizon: Surface, network: Complex, names: Sequence[str] = ()) -> Trace:
+def exact_trace(horizon: Surface, network: Complex, names: Sequence[str] = (), reach: float = 0.0) -> Trace:
     """Return the edges that the horizon and the faults share in their exact common refinement.
 
     Raises
     ------
     ModelingError
-        When a fault lies in the horizon over an area: says which by ``names``, else by its number.
+        When a fault lies in the horizon over an area wider than ``reach`` (model units): says which by
+        ``names``, else by its number.
     """
     faults = Surface("faults", network.vertices, network.triangles)
     both = refined([faults, horizon])
-    _require_no_area(both, network, names)
+    _require_no_area(both, network, names, reach)
     edges, sides = both.edges()
     of_horizon = both.owner == 1
     in_horizon = np.zeros(len(edges), dtype=bool)
@@ -102,18 +103,23 @@ def exact_trace(horizon: Surface, network: Complex, names: Sequence[str] = ()) -
     return Trace(both.vertices[nodes], local.reshape(-1, 2), fault, outer[nodes], rim)
 
 
-def _require_no_area(both: Complex, network: Complex, names: Sequence[str]) -> None:
-    """Raise ModelingError when a triangle of a fault is a triangle of the horizon too."""
-    order = np.lexsort(np.sort(both.triangles, axis=1).T)
-    rows, owner = np.sort(both.triangles, axis=1)[order], both.owner[order]
-    same = (rows[1:] == rows[:-1]).all(axis=1) & (owner[1:] != owner[:-1])
-    if same.any():
-        # Of the two, the one of owner 0 is the fault's.
-        pairs = np.stack([order[:-1], order[1:]], axis=1)[same]
-        of_fault = pairs[both.owner[pairs] == 0]
-        fault = int(network.owner[both.parent[of_fault[0]]])
+def _require_no_area(both: Complex, network: Complex, names: Sequence[str], reach: float) -> None:
+    """Raise ModelingError when a triangle of a fault, not a sliver, is a triangle of the horizon too."""
+    rows = np.sort(both.triangles, axis=1)
+    order = np.lexsort((both.owner, *rows.T))
+    first, second = order[:-1], order[1:]
+    # Of the two, the one of owner 0 is the fault's.
+    same = first[(rows[first] == rows[second]).all(axis=1) & (both.owner[first] != both.owner[second])]
+    longest = np.max([np.linalg.norm(e, axis=1) for e in _sides(both.vertices[rows[same]])], axis=0)
+    wide = same[2 * triangle_areas(both.vertices, both.triangles[same]) > reach * longest]
+    if len(wide):
+        fault = int(network.owner[both.parent[wide[0]]])
         name = names[fault] if names else f"Fault {fault}"
-        raise ModelingError(f"{name} lies in the horizon over an area, in {len(pairs)} triangles.")
+        raise ModelingError(f"{name} lies in the horizon over an area, in {len(wide)} triangles.")
+
+
+def _sides(corners: FloatArray) -> list[FloatArray]:
+    return [corners[:, (k + 1) % 3] - corners[:, k] for k in range(3)]
 
 
 def _long_enough(trace: Trace, step: float) -> tuple[IntArray, list[DroppedTrace]]:
