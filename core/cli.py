@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING
 
 # The same input gives the same bytes only with one thread; to be said before numpy is loaded.
@@ -151,12 +153,9 @@ def _progress(quiet: bool) -> Iterator[Progress]:
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; every error is one sentence on stderr and an exit code."""
     arguments = sys.argv[1:] if arguments is None else arguments
+    signal.signal(signal.SIGINT, _interrupted)
     try:
         sys.exit(app.main(arguments, prog_name="graben", standalone_mode=False) or 0)
-    except click.Abort:
-        _fail("interrupted.", _INTERRUPTED)
-    except KeyboardInterrupt:
-        _fail("interrupted.", _INTERRUPTED)
     except click.ClickException as error:
         _fail(error.format_message(), 2)
     except (GrabenError, OutputError) as error:
@@ -166,6 +165,15 @@ def main(arguments: list[str] | None = None) -> None:
     except Exception as error:
         text = f"graben met an error of its own ({type(error).__name__}: {error}); --debug shows where."
         _fail(text, 2, "--debug" in arguments)
+
+
+def _interrupted(number: int, frame: FrameType | None) -> None:
+    """End at once: an exception raised inside a compiled library could crash instead."""
+    from graben.output import drop_partial
+
+    drop_partial()
+    os.write(sys.stderr.fileno(), b"graben: interrupted.\n")
+    os._exit(_INTERRUPTED)
 
 
 def _fail(sentence: str, code: int, show_traceback: bool = False) -> None:

@@ -11,6 +11,8 @@ from graben.errors import OutputError
 
 #: Says of a folder that graben made it and may remove it.
 _MARK = ".graben-partial"
+#: Partial folders of this process.
+_open: list[Path] = []
 
 
 @contextmanager
@@ -32,6 +34,7 @@ def whole_folder(target: Path) -> Iterator[Path]:
             shutil.rmtree(partial)
         target.parent.mkdir(parents=True, exist_ok=True)
         partial.mkdir()
+        _open.append(partial)
         (partial / _MARK).touch()
     except FileExistsError:
         raise OutputError(
@@ -51,6 +54,14 @@ def whole_folder(target: Path) -> Iterator[Path]:
     except BaseException:
         shutil.rmtree(partial, ignore_errors=True)
         raise
+    finally:
+        _open.remove(partial)
+
+
+def drop_partial() -> None:
+    """Remove what this process has not finished, for a process that ends at once."""
+    for partial in _open:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def require_free(target: Path) -> None:
