@@ -7,10 +7,10 @@ export OMP_NUM_THREADS := 1
 
 .PHONY: help install demo test check bench docs clean
 help:            ## this list
-	@grep -E '^[a-z]+: .*##|^[a-z]+:  *##' Makefile | sed 's/:.*##/:/'
+	@sed -n -E 's/^([a-z]+):[^#]*## *(.*)/  make \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 16
 
 install: .venv/installed  ## the environment .venv with graben and all it needs
-	
+
 # Strict editable installs link files one by one: a new file needs a re-install, so the list of files is a need.
 SOURCES := $(wildcard core/*.py core/*/*.py core/reports/templates/* cleaning/*.py modeling/*.py validators/*.py)
 .venv/files: FORCE

@@ -168,10 +168,13 @@ class Model:
 
     @property
     def tolerance(self) -> float:
-        """The paper's eps_tol: as given, else 0.1 m (0.1 / 0.3048 ft), with unit "none" 1e-5 of the size."""
+        """The paper's eps_tol: as given, else 1e-5 of the size, and at most 0.1 m (0.1 / 0.3048 ft).
+
+        The share of the size serves models without unit, and small ones whose unit was not set.
+        """
         if self.parameters.tolerance is not None:
             return self.parameters.tolerance
-        return {"m": 0.1, "ft": 0.1 / 0.3048, "none": 1e-5 * self.size}[self.unit]
+        return min({"m": 0.1, "ft": 0.1 / 0.3048, "none": np.inf}[self.unit], 1e-5 * self.size)
 
     def gamma(self, fault: Fault, horizon: Horizon) -> float:
         """Return the half-width of the modeling zone of a fault on a horizon, model units."""

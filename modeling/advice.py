@@ -39,9 +39,12 @@ def termination(
         return Termination(TerminationType.CONVERGED, "converged")
     if role is None or owner is None or place is None:
         full = len(outcome.history) >= model.parameters.max_iterations
+        if full:
+            left = f"The boundary still moved by {outcome.history[-1]:.3g} at the last iteration: allow more."
+            return Termination(TerminationType.STAGNATION, "not converged", left)
         return Termination(
             TerminationType.STAGNATION,
-            "not converged" if full else "stagnation",
+            "stagnation",
             "The boundary does not come to rest: change theta or gamma, and look at the angle between the "
             "horizon and its faults.",
         )

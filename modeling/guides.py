@@ -18,6 +18,8 @@ from graben.surface import Surface, edge_sharing, edge_table
 
 #: Elevation steps below this share of the size of the surface are rounding, not dip.
 _FLAT = 1e-12
+#: Parts of a section shorter than this share of the size of the surface lie around a vertex and are passed.
+_SHORT = 1e-10
 #: Distance, as a share of the size of the surface, at which the triangle of a point is looked up.
 _AHEAD = 1e-7
 
@@ -264,17 +266,14 @@ def _walked(
         pick = np.where(entered < 0, np.argmax(height, axis=1), np.where(sides[:, 0] == entered, 1, 0))
         rows = np.arange(len(active))
         point, side, top = crossed[rows, pick], sides[rows, pick], height[rows, pick]
-        rises = top > level + _FLAT * scale
-        in_place = (
-            ~rises
-            & (np.abs(top - level) <= _FLAT * scale)
-            & (np.linalg.norm(point - crossed[rows, 1 - pick], axis=1) <= _FLAT * scale)
-        )
-        first_flat = ~rises & (entered < 0) & (top >= level - _FLAT * scale)
-        for n, p in zip(active[rises], point[rises], strict=True):
+        # The start triangle may lie a little beyond the point: what is passed on the way to it is left out.
+        climbs = top > height[rows, 1 - pick] + _FLAT * scale
+        in_place = np.linalg.norm(point - crossed[rows, 1 - pick], axis=1) <= _SHORT * scale
+        beyond = climbs & (top > level + _FLAT * scale)
+        for n, p in zip(active[beyond], point[beyond], strict=True):
             lines[n].append(p)
         following = neighbours[current, side]
-        on = (rises | in_place | first_flat) & (following >= 0)
+        on = (climbs | in_place) & (following >= 0)
         here = current[on]
         active, level, current = active[on], np.maximum(level, top)[on], following[on]
         entered = np.argmax(neighbours[current] == here[:, None], axis=1)

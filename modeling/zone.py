@@ -68,11 +68,14 @@ def zone_of(horizon: Surface, faces: IntArray, graph: CutGraph, step: float, gam
     inner = inner[distances(inner, graph)[0] > CLEARANCE * step]
     away = outside(horizon.vertices[:, :2], graph, gammas)
     inner_z, inner_in = _linear(horizon, faces, inner, step)
-    _, ring_in = _linear(horizon, faces, ring, step)
-    ring_z = _quadratic(horizon.vertices[away >= 0], ring[ring_in])
+    ring_z, ring_in = _linear(horizon, faces, ring, step)
+    ring, ring_z = ring[ring_in], ring_z[ring_in]
+    reliable = horizon.vertices[away >= 0]
+    if len(ring) and len(reliable) >= _NEIGHBOURS:
+        ring_z = _quadratic(reliable, ring)
     return Zone(
         np.column_stack([inner, inner_z])[inner_in],
-        np.column_stack([ring[ring_in], ring_z]),
+        np.column_stack([ring, ring_z]),
         away > CLEARANCE * step,
     )
 
@@ -139,8 +142,7 @@ def _quadratic(nodes: FloatArray, points: FloatArray) -> FloatArray:
 
     Linear interpolation would bend the slope that the energy sees at the rim of the zone.
     """
-    count = min(_NEIGHBOURS, len(nodes))
-    away, near = cKDTree(nodes[:, :2]).query(points, k=count)
+    away, near = cKDTree(nodes[:, :2]).query(points, k=_NEIGHBOURS)
     scale = away[:, -1:]
     x, y = np.moveaxis((nodes[near, :2] - points[:, None]) / scale[:, :, None], -1, 0)
     weight = np.exp(-2 * (x**2 + y**2))

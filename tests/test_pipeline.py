@@ -22,6 +22,11 @@ CUTOFF, THROW, ZONE = 4.0, 6.0, 0.25
 FINER_OR_COARSER = 1.3
 
 
+def smeared(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """A level horizon with a smeared throw of 80 m in the middle that dies out along strike."""
+    return -40.0 * np.tanh(x / 100.0) * np.maximum(1 - (y / 1500) ** 2, 0) ** 1.5
+
+
 def run_demo(tmp_path: Path, name: str, **how: object) -> tuple[HorizonResult, Score]:
     made = demo(name, **how)  # type: ignore[arg-type]
     write(made, tmp_path / "m")
@@ -170,9 +175,7 @@ def test_throw_and_heave_have_their_signs() -> None:
 def test_steeper_dip_less_heave() -> None:
     """heave = throw / tan(dip) on a plane fault and a level horizon."""
     for dip in (45.0, 70.0):
-        horizon = grid_horizon(
-            lambda x, y: -40.0 * np.tanh(x / 100.0) * np.maximum(1 - (y / 1500) ** 2, 0) ** 1.5
-        )
+        horizon = grid_horizon(smeared)
         result = build(model_of(horizon, plane_fault((0, -1500), (0, 1500), dip=dip)))
         cutoff = result.horizons[0].cutoffs[0]
         assert cutoff.heave == pytest.approx(cutoff.throw / np.tan(np.radians(dip)), abs=1e-6)
@@ -187,6 +190,28 @@ def test_fault_too_short_in_depth_ends_with_type_2() -> None:
     assert subdomain.termination.fault == "F1"
     assert 10 < (subdomain.termination.short_by or 0) < 60
     assert "extend F1" in subdomain.termination.advice
+
+
+@pytest.mark.parametrize("gamma", [30.0, 5000.0])
+def test_gamma_narrower_than_a_step_and_wider_than_the_horizon(gamma: float) -> None:
+    horizon = grid_horizon(
+        lambda x, y: -40.0 * np.tanh(x / 100.0) * np.maximum(1 - (y / 1500) ** 2, 0) ** 1.5
+    )
+    result = build(model_of(horizon, plane_fault((0, -1500), (0, 1500)), gamma=gamma))
+    assert result.passed
+    assert any("gamma reduced" in w for w in result.horizons[0].warnings) == (gamma > 4000.0)
+
+
+@pytest.mark.parametrize("dip", [90.0, 110.0])
+def test_vertical_and_overturned_faults(dip: float) -> None:
+    horizon = grid_horizon(
+        lambda x, y: -40.0 * np.tanh(x / 100.0) * np.maximum(1 - (y / 1500) ** 2, 0) ** 1.5
+    )
+    result = build(model_of(horizon, plane_fault((0, -1500), (0, 1500), dip=dip)))
+    assert result.horizons[0].converged
+    cutoff = result.horizons[0].cutoffs[0]
+    assert np.abs(cutoff.throw).max() > 60.0
+    assert np.abs(cutoff.heave) == pytest.approx(np.abs(cutoff.throw / np.tan(np.radians(dip))), abs=1e-6)
 
 
 def test_unit_less_model_of_any_size() -> None:

@@ -42,6 +42,16 @@ def test_section_through_a_vertex_goes_both_ways() -> None:
         assert guides.high[0] > 1
 
 
+@pytest.mark.parametrize("offset", [1e-2, 1e-4, 1e-6, 1e-9])
+def test_section_close_to_a_vertex_goes_both_ways(offset: float) -> None:
+    fault = plane_fault((0, -1000), (0, 1000), dip=30.0, parts=(21, 9)).surface
+    for angle in np.radians(np.arange(0, 360, 30)):
+        z = offset * np.sin(angle)
+        point = np.array([[-z / np.tan(np.radians(30.0)), offset * np.cos(angle), z]])
+        guides = Guides.of(sections(fault, point, np.array([[-1.0, 0.0]])))
+        assert (guides.low[0], guides.high[0]) == pytest.approx((-400.0, 400.0))
+
+
 @pytest.mark.parametrize("overturned", [False, True])
 def test_section_of_a_curved_fault_stays_on_it(overturned: bool) -> None:
     import igl
