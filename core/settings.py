@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 Name = Annotated[str, Field(min_length=1)]
-Positive = Annotated[FiniteFloat, Field(gt=0)]
-NotNegative = Annotated[FiniteFloat, Field(ge=0)]
+# Bounded, so that squares and cubes of a length stay finite: no place on Earth is 1e20 units away.
+Positive = Annotated[FiniteFloat, Field(gt=0, lt=1e20)]
+NotNegative = Annotated[FiniteFloat, Field(ge=0, lt=1e20)]
 Angle = Annotated[FiniteFloat, Field(ge=0, lt=90)]
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
+from sphinx.writers.html5 import HTML5Translator
 
 import graben
 
@@ -17,6 +20,8 @@ myst_heading_anchors = 3
 # These are parts of other pages.
 exclude_patterns = ["scores.md", "runs.md", "licences-table.md"]
 
+# Formulas are part of the pages (MathML), so that these need no network.
+html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"graben {release}"
 
@@ -31,6 +36,19 @@ def _plain_bars(app: Sphinx, what: str, name: str, thing: object, options: objec
     lines[:] = [line.replace("|", "\\|") for line in lines]
 
 
+def _inline_formula(writer: HTML5Translator, node: nodes.math) -> None:
+    """Write a formula within a line."""
+    writer.body.append(tex2mathml(node.astext()))
+    raise nodes.SkipNode
+
+
+def _formula(writer: HTML5Translator, node: nodes.math_block) -> None:
+    """Write a formula on a line of its own."""
+    writer.body.append(tex2mathml(node.astext(), as_block=True))
+    raise nodes.SkipNode
+
+
 def setup(app: Sphinx) -> None:
     """Connect what this project adds."""
+    app.add_html_math_renderer("mathml", (_inline_formula, None), (_formula, None))
     app.connect("autodoc-process-docstring", _plain_bars)

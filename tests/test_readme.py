@@ -1,0 +1,106 @@
+"""The README and the pages it points to are true: their commands and scripts run."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from graben.settings import ModelFile
+from graben.validators.registry import CHECKS
+
+ROOT = Path(__file__).resolve().parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+#: One screen of a terminal window that fills the display.
+LINES = 80
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+
+
+def commands() -> list[list[str]]:
+    found = (shlex.split(line, comments=True) for block in blocks("sh") for line in block.splitlines())
+    return [words for words in found if words]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which the commands of the README, make apart, have run in their order."""
+    place = tmp_path_factory.mktemp("readme")
+    for program, *rest in commands():
+        if program == "graben":
+            done = subprocess.run(
+                [sys.executable, "-m", "graben.cli", *rest],
+                cwd=place,
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            assert done.returncode == 0, done.stderr + done.stdout
+    return place
+
+
+def test_it_is_one_screen() -> None:
+    assert len(README.splitlines()) <= LINES
+
+
+def test_commands_are_known_and_name_no_other_program() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    verbs = re.findall(r"^([a-z]+):", makefile, re.MULTILINE)
+    said = commands()
+    assert ["make", "demo"] in said
+    assert ["make", "test"] in said
+    for program, *rest in said:
+        assert program in ("make", "graben")
+        if program == "make":
+            assert rest[0] in verbs
+
+
+def test_commands_run_and_write_what_is_said(folder: Path) -> None:
+    for name in ("report.html", "report.json", "horizons/Top.ts", "cutoffs/Top.csv", "polygons/Top.geojson"):
+        assert (folder / "result" / name).stat().st_size > 0
+
+
+def test_the_script_runs(folder: Path) -> None:
+    (script,) = blocks("python")
+    assert len([line for line in script.splitlines() if line.strip()]) <= 10
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "passed: True" in done.stdout
+    assert (folder / "result.vtm").exists()
+
+
+def test_the_model_file_is_valid() -> None:
+    (text,) = blocks("toml")
+    model = ModelFile.model_validate(tomllib.loads(text))
+    assert model.horizons
+    assert model.faults
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_to_files(page: Path) -> None:
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    for target in re.findall(r"\]\(([^)#\s]+)", text):
+        if not target.startswith("https://"):
+            assert (page.parent / target).exists(), target
+
+
+def test_the_page_of_checks_says_which_are_skipped() -> None:
+    rows = re.findall(
+        r"^\| ([a-z-]+) \|.*\| ([^|]+) \|$",
+        (ROOT / "docs/checks.md").read_text(encoding="utf-8"),
+        re.MULTILINE,
+    )
+    said = {name: last.strip() for name, last in rows if name != "id"}
+    assert [name for name in said if name in {c.id for c in CHECKS}] == [c.id for c in CHECKS]
+    for check in CHECKS:
+        assert (said[check.id] == "skipped") is (check.run is None), check.id
