@@ -20,6 +20,9 @@ from graben.surface import Surface, boundary_edges, chained
 
 _Near = Callable[[FloatArray], BoolArray]
 
+#: Tangent of the largest angle between v(t) and the normal of the trace: 60 degrees.
+_SLANT = np.sqrt(3.0)
+
 
 class Role(IntEnum):
     """What a copy of a cut node is tied to."""
@@ -280,8 +283,7 @@ def _free(
         first, second = ((1 - t) ** 2)[:, None], (t**2)[:, None]
         way = (1 - first - second) * normal
         way = way + first * toward[path[0]] + second * toward[path[-1]] if not closed else normal
-        size = np.hypot(*way.T)[:, None]
-        ways[position[path]] = np.where(size > 1e-6, way / np.maximum(size, np.finfo(float).tiny), normal)
+        ways[position[path]] = _across(way, normal)
     for f in np.unique(lip.faults[lip.roles == Role.FREE, 0]):
         mine = np.flatnonzero((lip.roles == Role.FREE) & (lip.faults[:, 0] == f))
         made = sections(faults[f], graph.nodes[cut.origin[lip.copies[mine]]], ways[mine])
@@ -296,3 +298,17 @@ def _smoothed(normal: FloatArray, along: FloatArray, reach: float) -> FloatArray
     mean /= np.maximum(np.hypot(*mean.T), np.finfo(float).tiny)[:, None]
     turned = (mean * normal).sum(axis=1) <= 0.5
     return np.where(turned[:, None], normal, mean)
+
+
+def _across(way: FloatArray, normal: FloatArray) -> FloatArray:
+    """Return unit directions (k, 2) that make at most 60 degrees with the normals, on the side they point to.
+
+    A guide that runs nearly along the trace, as that of an exit on an oblique outline, would take the nodes
+    next to it along the strike of a steep fault.
+    """
+    along = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    out = np.maximum((way * normal).sum(axis=1), 0.0)
+    aside = np.clip((way * along).sum(axis=1), -_SLANT * out, _SLANT * out)
+    turned = out[:, None] * normal + aside[:, None] * along
+    size = np.hypot(*turned.T)[:, None]
+    return np.where(size > 0, turned / np.where(size > 0, size, 1.0), normal)

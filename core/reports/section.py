@@ -100,7 +100,7 @@ def section_place(result: HorizonResult, fault: str, margin: float) -> tuple[Cut
         Name of the fault.
     margin : float
         How far to stay from junctions and from the outer boundary, which disturb a section, model units;
-        where no row lies so far off, the one of largest throw is taken.
+        where no row lies so far off, the one furthest from them is taken.
 
     Returns
     -------
@@ -115,8 +115,9 @@ def section_place(result: HorizonResult, fault: str, margin: float) -> tuple[Cut
             continue
         middle = (cutoff.hanging[:, :2] + cutoff.foot[:, :2]) / 2
         way = middle[:, None] - disturbing[None]
-        clear = np.hypot(way[..., 0], way[..., 1]).min(axis=1, initial=np.inf) >= margin
-        size = np.where(clear | ~clear.any(), np.abs(cutoff.throw), -1.0)
+        away = np.hypot(way[..., 0], way[..., 1]).min(axis=1, initial=np.inf)
+        clear = away >= margin
+        size = np.where(clear, np.abs(cutoff.throw), -1.0) if clear.any() else away
         rank = bool(clear.any()), float(size.max())
         if best is None or rank > best[:2]:
             best = *rank, cutoff, int(np.argmax(size))
