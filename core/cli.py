@@ -7,7 +7,7 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from graben.pipeline import Progress
 
 _INTERRUPTED = 130
+_STDERR = 2
 
 
 def _common(command: Callable[..., None]) -> Callable[..., None]:
@@ -37,7 +38,7 @@ def _common(command: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(context_settings={"help_option_names": ["-h", "--help"]}, no_args_is_help=False)
 @click.version_option(package_name="graben")
 def app() -> None:
     """Check, repair and model geological faults and horizons."""
@@ -140,7 +141,7 @@ def schema(verbose: bool, quiet: bool, debug: bool) -> None:
 @contextmanager
 def _progress(quiet: bool) -> Iterator[Progress]:
     """Give a callable that shows the stage on a terminal, and does nothing when piped."""
-    if quiet or not sys.stderr.isatty():
+    if quiet or sys.stderr is None or not sys.stderr.isatty():
         yield lambda stage, what: None
         return
     from rich.console import Console
@@ -172,7 +173,8 @@ def _interrupted(number: int, frame: FrameType | None) -> None:
     from graben.output import drop_partial
 
     drop_partial()
-    os.write(sys.stderr.fileno(), b"graben: interrupted.\n")
+    with suppress(OSError):
+        os.write(_STDERR, b"graben: interrupted.\n")
     os._exit(_INTERRUPTED)
 
 

@@ -197,13 +197,16 @@ def build(
     Raises
     ------
     InputError
-        When the name is not in the catalogue or the step does not divide the domain.
+        When the name is not in the catalogue, the step does not divide the domain, or the noise or its seed
+        is negative or no number.
     """
     if name not in CATALOGUE:
         raise InputError(f"There is no demo {name!r}; choose one of {', '.join(CATALOGUE)}.")
     if step <= 0 or any(extent % step != 0 for extent in SIZE):
         domain = f"{SIZE[0]:g} m by {SIZE[1]:g} m"
         raise InputError(f"The step {step:g} does not divide the domain of {domain}; take 50, 100 or 200.")
+    if not 0 <= noise <= SIZE[0] or seed < 0:
+        raise InputError(f"Noise of {noise:g} m from seed {seed} cannot be made; take numbers from 0 on.")
     frame = Frame(rotation, mirrored, shift)
     recipe = CATALOGUE[name]
     geology, surfaces = _triangulated(recipe.geology())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -30,9 +31,9 @@ def whole_folder(target: Path) -> Iterator[Path]:
     require_free(target)
     partial = target.with_name(target.name + ".partial")
     try:
-        if (partial / _MARK).is_file():
+        if (partial / _MARK).is_file() and not partial.is_symlink():
             shutil.rmtree(partial)
-        target.parent.mkdir(parents=True, exist_ok=True)
+        _made_parents(target)
         partial.mkdir()
         _open.append(partial)
         (partial / _MARK).touch()
@@ -64,13 +65,27 @@ def drop_partial() -> None:
         shutil.rmtree(partial, ignore_errors=True)
 
 
+def _made_parents(target: Path) -> None:
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise OutputError(f"{target.parent} is a file, not a folder: choose another -o.") from None
+
+
 def require_free(target: Path) -> None:
-    """Raise OutputError unless ``target`` is absent or an empty folder."""
+    """Raise OutputError unless ``target`` is absent or an empty folder, in one that may be written to."""
+    if target.is_symlink():
+        raise OutputError(f"{target} is a link: graben makes a folder of its own, choose another -o.")
     try:
         if target.is_dir() and not any(target.iterdir()):
             return
-        exists = target.exists() or target.is_symlink()
+        exists = target.exists()
     except OSError as error:
         raise OutputError(f"{target} cannot be looked into: {error.strerror}; choose another -o.") from error
     if exists:
         raise OutputError(f"{target} exists and is not empty: graben overwrites nothing, choose another -o.")
+    above = next((p for p in target.absolute().parents if p.exists()), target.absolute())
+    if not above.is_dir():
+        raise OutputError(f"{above} is a file, not a folder: choose another -o.")
+    if not os.access(above, os.W_OK | os.X_OK):
+        raise OutputError(f"{above} may not be written to: choose another -o.")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import igl
 import numpy as np
 
 from graben.arrays import FloatArray, IntArray
 from graben.cutgraph import CutGraph
 from graben.modeling.cutting import CutMesh
 from graben.modeling.results import Cutoff
+from graben.proximity import nearest
 from graben.surface import Surface, chained, mean_dip_direction, triangle_normals
 
 
@@ -69,11 +69,7 @@ def _paths(edges: IntArray) -> list[IntArray]:
 
 def _dip_directions(fault: Surface, nodes: FloatArray) -> FloatArray:
     """Return the plan dip direction of the fault at points on it, unit vectors, shape (n, 2)."""
-    near = igl.point_mesh_squared_distance(
-        np.ascontiguousarray(nodes),
-        np.ascontiguousarray(fault.vertices),
-        np.ascontiguousarray(fault.triangles),
-    )[1]
+    near = nearest(nodes, fault.vertices, fault.triangles).simplex
     normals = triangle_normals(fault.vertices, fault.triangles)[near]
     mean = mean_dip_direction(fault.vertices, fault.triangles)[0]
     plan = normals[:, :2] * np.where(normals[:, 2] < 0, -1.0, 1.0)[:, None]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import igl
 import numpy as np
 
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.cutgraph import CutGraph
+from graben.proximity import nearest
 
 
 def distances(
@@ -26,12 +26,8 @@ def distances(
     chosen = np.arange(len(graph.edges)) if edges is None else np.flatnonzero(edges)
     if len(chosen) == 0:
         return np.full(len(points), np.inf), np.full(len(points), -1, dtype=np.int64)
-    plan = np.ascontiguousarray(np.pad(points[:, :2], ((0, 0), (0, 1))))
-    nodes = np.ascontiguousarray(np.pad(graph.nodes[:, :2], ((0, 0), (0, 1))))
-    squared, nearest, _ = igl.point_mesh_squared_distance(
-        plan, nodes, np.ascontiguousarray(graph.edges[chosen])
-    )
-    return np.sqrt(squared), chosen[nearest]
+    near = nearest(points[:, :2], graph.nodes, graph.edges[chosen])
+    return near.distance, chosen[near.simplex]
 
 
 def outside(points: FloatArray, graph: CutGraph, gammas: FloatArray) -> FloatArray:

@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-import igl
 import numpy as np
 import shapely
 from scipy.optimize import brentq
@@ -25,6 +24,7 @@ from graben.errors import ModelingError
 from graben.modeling.algebra import Cholmod
 from graben.modeling.coverage import Coverage, covered, meshed
 from graben.modeling.energy import EdgePattern, assemble
+from graben.proximity import nearest
 
 #: Points closer in plan than this share of the step are one.
 SAME_PLACE = 1e-6
@@ -277,15 +277,14 @@ def _located(
     points: FloatArray, triangles: IntArray, places: FloatArray
 ) -> tuple[IntArray, FloatArray, BoolArray]:
     """Return the triangle of each place, its barycentric coordinates there, and whether it lies inside."""
-    squares, faces, _ = igl.point_mesh_squared_distance(
-        np.pad(places, ((0, 0), (0, 1))), np.pad(points, ((0, 0), (0, 1))), np.array(triangles)
-    )
+    near = nearest(places[:, :2], points, triangles)
+    faces = near.simplex
     a, b, c = (points[triangles[faces, k]] for k in range(3))
     double_area = _cross(b - a, c - a)
     weight_a = _cross(b - places, c - places) / double_area
     weight_b = _cross(c - places, a - places) / double_area
     weights = np.stack([weight_a, weight_b, 1.0 - weight_a - weight_b], axis=1)
-    return ints(faces), floats(weights), bools(squares <= SAME_PLACE**2)
+    return ints(faces), floats(weights), bools(near.distance <= SAME_PLACE)
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 
 from graben.arrays import BoolArray, FloatArray, IntArray, floats
+from graben.proximity import nearest
 from graben.surface import Surface, edge_sharing, edge_table
 
 #: Elevation steps below this share of the size of the surface are rounding, not dip.
@@ -163,9 +163,7 @@ def sections(fault: Surface, points: FloatArray, directions: FloatArray) -> list
     scale = float(np.ptp(vertices, axis=0).max())
     # A little up the section, so that a point on a corner finds the triangle that the section runs through.
     ahead = points + _AHEAD * scale * np.column_stack([directions, np.ones(len(points))])
-    start = igl.point_mesh_squared_distance(
-        ahead, np.ascontiguousarray(vertices), np.ascontiguousarray(triangles)
-    )[1]
+    start = nearest(ahead, vertices, triangles).simplex
     start = _crossed_start(vertices, triangles, start, points, directions)
     neighbours = _neighbours(triangles)
     up = _walked(vertices, triangles, neighbours, start, points, directions, 1.0, scale)
@@ -214,12 +212,7 @@ def _crossed_start(
         rows = np.full(len(triangles), n)
         mixed = np.flatnonzero(_mixed(_offsets(vertices, triangles, points[rows], directions[rows])))
         if len(mixed):
-            near = igl.point_mesh_squared_distance(
-                points[n : n + 1].copy(),
-                np.ascontiguousarray(vertices),
-                np.ascontiguousarray(triangles[mixed]),
-            )[1]
-            start[n] = mixed[np.asarray(near).ravel()[0]]
+            start[n] = mixed[nearest(points[n : n + 1], vertices, triangles[mixed]).simplex[0]]
     return start
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
-import igl
 import numpy as np
 
 from graben.arrays import BoolArray, FloatArray, IntArray, ints
@@ -16,6 +15,7 @@ from graben.modeling.cutting import CutMesh
 from graben.modeling.fictitious import wall_edges
 from graben.modeling.guides import Guides, branch, sections
 from graben.modeling.snapping import NEAR, near_boundary
+from graben.proximity import nearest
 from graben.surface import Surface, boundary_edges, chained
 
 _Near = Callable[[FloatArray], BoolArray]
@@ -184,11 +184,9 @@ def _rims(surface: Surface) -> list[FloatArray]:
 
 def _near_surface(surface: Surface, reach: float) -> _Near:
     """Return what says which points, (k, 3), lie within ``reach`` of a surface."""
-    vertices, triangles = np.ascontiguousarray(surface.vertices), np.ascontiguousarray(surface.triangles)
 
     def near(points: FloatArray) -> BoolArray:
-        squared = igl.point_mesh_squared_distance(np.ascontiguousarray(points), vertices, triangles)[0]
-        return np.asarray(squared <= reach**2, dtype=bool)
+        return np.asarray(nearest(points, surface.vertices, surface.triangles).distance <= reach, dtype=bool)
 
     return near
 

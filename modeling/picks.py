@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.cutgraph import CutGraph
 from graben.modeling.distance import distances
+from graben.proximity import nearest
 from graben.surface import Surface, triangle_normals
 
 #: Share of the jump that the surface further out asks for, which picks next to the fault must show.
@@ -100,8 +100,8 @@ def _sides(
     trusted = np.zeros(len(faults), dtype=bool)
     for k, f in enumerate(np.unique(graph.faults)):
         edges = graph.faults == f
-        away, nearest = distances(picks[:, :2], graph, edges)
-        if len(np.unique(nearest[away < step])) > _TOUCHED * edges.sum():
+        away, edge = distances(picks[:, :2], graph, edges)
+        if len(np.unique(edge[away < step])) > _TOUCHED * edges.sum():
             continue
         near = np.flatnonzero(away < 2 * gammas[k])
         sides[near, k] = _above(picks[near], faults[k])
@@ -113,16 +113,10 @@ def _sides(
 
 def _above(points: FloatArray, fault: Surface) -> IntArray:
     """Return 1 for points above a fault, on its hanging wall, and -1 for those below."""
-    if len(points) == 0:
-        return np.zeros(0, dtype=np.int64)
-    _, face, near = igl.point_mesh_squared_distance(
-        np.ascontiguousarray(points),
-        np.ascontiguousarray(fault.vertices),
-        np.ascontiguousarray(fault.triangles),
-    )
-    normal = triangle_normals(fault.vertices, fault.triangles)[face]
+    near = nearest(points, fault.vertices, fault.triangles)
+    normal = triangle_normals(fault.vertices, fault.triangles)[near.simplex]
     normal = normal * np.where(normal[:, 2:] < 0, -1.0, 1.0)
-    return np.where(((points - near) * normal).sum(axis=1) > 0, 1, -1)
+    return np.where(((points - near.place) * normal).sum(axis=1) > 0, 1, -1)
 
 
 def _sharp(picks: FloatArray, sides: IntArray, away: FloatArray, places: FloatArray) -> bool:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import igl
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.modeling.resampling import Trace
+from graben.proximity import nearest
 from graben.surface import Surface, boundary_edges
 
 #: Points of a trace nearer than this many steps to each other, or to the boundary, are one.
@@ -126,12 +126,8 @@ def along_boundary(trace: Trace, horizon: Surface, reach: float) -> BoolArray:
 
 def near_boundary(points: FloatArray, horizon: Surface, reach: float) -> BoolArray:
     """Return which plan points (n, 2) lie within ``reach`` of the horizon's boundary."""
-    squared = igl.point_mesh_squared_distance(
-        np.ascontiguousarray(np.pad(points, ((0, 0), (0, 1)))),
-        np.ascontiguousarray(np.pad(horizon.vertices[:, :2], ((0, 0), (0, 1)))),
-        np.ascontiguousarray(boundary_edges(horizon.triangles)),
-    )[0]
-    return np.asarray(squared <= reach**2, dtype=bool)
+    near = nearest(points[:, :2], horizon.vertices, boundary_edges(horizon.triangles))
+    return np.asarray(near.distance <= reach, dtype=bool)
 
 
 def reaching(trace: Trace, horizon: Surface, reach: float) -> Trace:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 import triangle
 from scipy.spatial import cKDTree
@@ -15,10 +14,15 @@ from graben.errors import ModelingError
 from graben.modeling.distance import distances
 from graben.modeling.snapping import NEAR
 from graben.modeling.zone import CLEARANCE, zone_of
+from graben.proximity import nearest
 from graben.surface import Surface, boundary_edges
 
 #: Width of the band around the cut that is triangulated anew, in steps.
 _BAND = 2.5
+#: A centre off the region by less than this share of its triangle's longest side lies in it.
+_ON = 1e-6
+#: Triangles flatter than this (double area over the square of the longest side) are none.
+_FLAT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,11 +120,7 @@ def _crossed(vertices: FloatArray, faces: IntArray, graph: CutGraph, step: float
     share = np.linspace(0.0, 1.0, parts + 1)[:, None, None]
     points = (ends[:, 0] * (1 - share) + ends[:, 1] * share).reshape(-1, 2)
     found = np.zeros(len(faces), dtype=bool)
-    flat = np.ascontiguousarray(np.pad(vertices[:, :2], ((0, 0), (0, 1))))
-    hits = igl.point_mesh_squared_distance(
-        np.pad(points, ((0, 0), (0, 1))), flat, np.ascontiguousarray(faces)
-    )[1]
-    found[hits] = True
+    found[nearest(points, vertices, faces).simplex] = True
     return found
 
 
@@ -188,14 +188,10 @@ def _constrained(points: FloatArray, segments: IntArray) -> IntArray:
 
 def _inside(points: FloatArray, new: IntArray, vertices: FloatArray, old: IntArray) -> BoolArray:
     """Return which new triangles lie in the region of the old ones, by their centres."""
-    centre = np.pad(points[new][:, :, :2].mean(axis=1), ((0, 0), (0, 1)))
-    flat = np.ascontiguousarray(np.pad(vertices[:, :2], ((0, 0), (0, 1))))
-    squared = igl.point_mesh_squared_distance(np.ascontiguousarray(centre), flat, np.ascontiguousarray(old))[
-        0
-    ]
+    away = nearest(points[new][:, :, :2].mean(axis=1), vertices, old).distance
     a, b, c = (points[new[:, k], :2] for k in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     longest = np.max(
         [((a - b) ** 2).sum(axis=1), ((b - c) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1)], axis=0
     )
-    return np.asarray((squared <= 1e-12 * longest) & (area > 1e-9 * longest), dtype=bool)
+    return np.asarray((away**2 <= _ON**2 * longest) & (area > _FLAT * longest), dtype=bool)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
@@ -17,6 +16,7 @@ from scipy.spatial import cKDTree
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.cutgraph import CutGraph
 from graben.modeling.distance import distances, outside
+from graben.proximity import nearest
 from graben.surface import Surface
 
 #: Least distance between nodes of different origin, in steps.
@@ -24,6 +24,8 @@ CLEARANCE = 0.6
 #: The ring stands outside gamma by this share of it, more than its chords cut into it.
 _OUTSIDE = 1e-3
 _QUADRANT_SEGMENTS = 64
+#: Points off the horizon by less than this many steps lie on it.
+_ON = 1e-6
 #: Input nodes that a quadratic surface is fitted to for each node of the ring.
 _NEIGHBOURS = 14
 
@@ -125,16 +127,13 @@ def _linear(
     horizon: Surface, faces: IntArray, points: FloatArray, step: float
 ) -> tuple[FloatArray, BoolArray]:
     """Return the elevation of the input at plan points, (k,), and whether they lie on it."""
-    flat = np.ascontiguousarray(np.pad(horizon.vertices[:, :2], ((0, 0), (0, 1))))
-    squared, face, _ = igl.point_mesh_squared_distance(
-        np.ascontiguousarray(np.pad(points, ((0, 0), (0, 1)))), flat, np.ascontiguousarray(faces)
-    )
-    a, b, c = (horizon.vertices[faces[face, k]] for k in range(3))
+    near = nearest(points, horizon.vertices, faces)
+    a, b, c = (horizon.vertices[faces[near.simplex, k]] for k in range(3))
     first, second, rel = b - a, c - a, points - a[:, :2]
     det = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     s = (rel[:, 0] * second[:, 1] - rel[:, 1] * second[:, 0]) / det
     t = (first[:, 0] * rel[:, 1] - first[:, 1] * rel[:, 0]) / det
-    return a[:, 2] + s * first[:, 2] + t * second[:, 2], squared <= (1e-6 * step) ** 2
+    return a[:, 2] + s * first[:, 2] + t * second[:, 2], near.distance <= _ON * step
 
 
 def _quadratic(nodes: FloatArray, points: FloatArray) -> FloatArray:

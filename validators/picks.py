@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray, ints
 from graben.model import Fault, Horizon, Model
+from graben.proximity import nearest
 from graben.validators.measures import smallest_angles
 
 #: Slope in degrees that a function on nodes of one step may have between two points.
@@ -90,8 +91,6 @@ def _close_pairs(picks: FloatArray, step: float) -> IntArray:
 
 def _excused(model: Model, horizon: Horizon, faults: Sequence[Fault], pairs: IntArray) -> BoolArray:
     """Return which pairs of points have a place between them within gamma of a fault, shape (p,)."""
-    import igl
-
     excused = np.zeros(len(pairs), dtype=bool)
     if not len(pairs):
         return excused
@@ -104,6 +103,5 @@ def _excused(model: Model, horizon: Horizon, faults: Sequence[Fault], pairs: Int
         gamma = model.gamma(fault, horizon)
         for share in np.linspace(0.0, 1.0, PLACES_BETWEEN):
             points = np.ascontiguousarray(low + share * (high - low))
-            square = igl.point_mesh_squared_distance(points, vertices, triangles)[0]
-            excused |= np.asarray(square) <= gamma * gamma
+            excused |= nearest(points, vertices, triangles).distance <= gamma
     return excused

@@ -17,11 +17,14 @@ def load_bytes(path: Path) -> bytes:
     Raises
     ------
     InputError
-        When the file is missing, empty, a folder, or may not be read.
+        When the file is missing, empty, a folder, a device or a pipe, or may not be read.
     """
     if path.is_dir():
         raise InputError(f"{path} is a folder; give the file in it.")
     try:
+        if path.exists() and not path.is_file():
+            # Devices and pipes may give bytes for ever, or none and no end.
+            raise InputError(f"{path} is a device or a pipe; copy what it gives into a file.")
         content = path.read_bytes()
     except FileNotFoundError:
         raise InputError(f"{path} does not exist; correct the path.") from None
