@@ -170,9 +170,10 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _interrupted(number: int, frame: FrameType | None) -> None:
     """End at once: an exception raised inside a compiled library could crash instead."""
-    from graben.output import drop_partial
-
-    drop_partial()
+    # Only a module that is loaded can have opened a folder; to import it here could meet it half loaded.
+    drop_partial = getattr(sys.modules.get("graben.output"), "drop_partial", None)
+    if drop_partial is not None:
+        drop_partial()
     with suppress(OSError):
         os.write(_STDERR, b"graben: interrupted.\n")
     os._exit(_INTERRUPTED)

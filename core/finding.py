@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from graben.arrays import FloatArray, IntArray, floats, ints
+
+if TYPE_CHECKING:
+    import pyvista
 
 
 class Status(StrEnum):
@@ -131,6 +136,18 @@ class CheckResult:
             if f.status in (Status.FAIL, Status.WARN)
         ]
         return "\n".join(lines)
+
+    def to_pyvista(self) -> pyvista.MultiBlock:
+        """Return the places of the findings, a named block of points for each that has any."""
+        import pyvista
+
+        blocks = pyvista.MultiBlock()
+        for finding in self.findings:
+            if len(finding.places):
+                points = pyvista.PolyData(np.array(finding.places))
+                points.field_data["status"] = [str(finding.status)]
+                blocks.append(points, " ".join((finding.check, *finding.objects)))
+        return blocks
 
     def _repr_html_(self) -> str:
         from html import escape

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from graben.cleaning.ledger import RepairAction
 from graben.cleaning.planner import repaired
@@ -25,6 +26,9 @@ from graben.modeling.scoring import score
 from graben.modeling.tracing import cut_graph
 from graben.validators.context import Anchoring, Evidence
 from graben.validators.runner import run_checks, shifted
+
+if TYPE_CHECKING:
+    import pyvista
 
 #: Called with a stage and what it works on, for a progress display.
 Progress = Callable[[str, str], None]
@@ -45,6 +49,10 @@ class RepairResult:
         ]
         lines += [f"  {a.action:<8} {', '.join(a.objects)}: {a.reason} ({a.count})" for a in self.actions]
         return "\n".join(lines)
+
+    def to_pyvista(self) -> pyvista.MultiBlock:
+        """Return the surfaces of the repaired model as a named ``pyvista.MultiBlock``."""
+        return self.model.to_pyvista()
 
     def _repr_html_(self) -> str:
         from html import escape
@@ -110,7 +118,7 @@ class RunResult:
 
         return f"<pre>{escape(repr(self))}</pre>{self.after._repr_html_()}"
 
-    def to_pyvista(self) -> object:
+    def to_pyvista(self) -> pyvista.MultiBlock:
         """Return horizons and faults as a named ``pyvista.MultiBlock``."""
         import pyvista
 
@@ -130,6 +138,7 @@ class _Stages:
         self._progress = progress
 
     def complex(self, model: Model) -> Complex:
+        """Return the common refinement of the faults."""
         start = time.perf_counter()
         self._progress("intersect", f"{len(model.faults)} faults")
         network = refined([f.surface for f in model.faults])
@@ -137,6 +146,7 @@ class _Stages:
         return network
 
     def graph(self, model: Model, horizon: Horizon, complex: Complex) -> CutGraph:
+        """Return the cut graph of a horizon, its crossed holes filled first."""
         start = time.perf_counter()
         self._progress("trace", horizon.name)
         whole, count = horizon, 0
@@ -153,6 +163,7 @@ class _Stages:
         return graph
 
     def anchoring(self, model: Model, horizon: Horizon, graph: CutGraph) -> tuple[Anchoring, ...]:
+        """Return how each subdomain is held; the cut horizon is kept for the modeling."""
         start = time.perf_counter()
         self._progress("triangulate", horizon.name)
         made = prepared(model, self._filled[horizon.name], graph)

@@ -13,7 +13,7 @@ from graben.demo import build as demo
 from graben.demo import write
 from graben.model import Fault
 from graben.modeling.results import HorizonResult, Score
-from graben.pipeline import build
+from graben.pipeline import build, check, repair
 from graben.reading import read_model
 from tests.models import grid_horizon, model_of, model_of_demo, plane_fault
 
@@ -239,3 +239,30 @@ def test_results_print_and_convert() -> None:
     assert "<table>" in result._repr_html_()
     assert set(result.to_pyvista().keys()) == {"Top", "F1"}
     assert result["Top"].to_pyvista().n_points == len(result["Top"].first)
+
+
+def test_the_other_calls_print_and_convert() -> None:
+    fault = plane_fault((0, -1500), (0, 1500), dip=20.0)
+    twice = replace(
+        fault.surface, triangles=np.concatenate([fault.surface.triangles, fault.surface.triangles[:3]])
+    )
+    model = model_of(grid_horizon(smeared), Fault(twice))
+    found = check(model)
+    assert not found.passed
+    assert "duplicate" in repr(found)
+    assert "<table>" in found._repr_html_()
+    assert found.to_pyvista()["duplicate F1"].n_points == 3
+    mended = repair(model)
+    assert mended.after.passed
+    assert [a.action for a in mended.actions] == ["weld"]
+    assert "weld" in repr(mended)
+    assert "weld" in mended._repr_html_()
+    assert mended.to_pyvista()["F1"].n_cells == len(fault.surface.triangles)
+    again = repair(mended.model)
+    assert again.actions == ()
+    assert again.model is mended.model
+    untouched = repair(model_of(grid_horizon(smeared), fault))
+    assert (
+        untouched.model.faults[0] is fault
+        or (untouched.model.faults[0].surface.vertices == fault.surface.vertices).all()
+    )

@@ -171,14 +171,15 @@ def write_irap_ascii(path: Path, geometry: GridGeometry, values: FloatArray) -> 
         In the convention the file is to have; NaN where undefined.
     """
     g = geometry
-    x, y = g.origin
-    far = (x + (g.columns - 1) * g.dx, y + (g.rows - 1) * g.dy)
+    # Plain numbers, whatever numpy type they came as: repr of those is no number to read.
+    x, y, dx, dy, rotation = (float(number) for number in (*g.origin, g.dx, g.dy, g.rotation))
+    far = (x + (g.columns - 1) * dx, y + (g.rows - 1) * dy)
     flat = np.where(np.isfinite(values), values, UNDEFINED).T.ravel()
     words = [repr(value) for value in flat.tolist()]
     lines = [
-        f"{_ID} {g.rows} {g.dx!r} {g.dy!r}",
+        f"{_ID} {g.rows} {dx!r} {dy!r}",
         f"{x!r} {far[0]!r} {y!r} {far[1]!r}",
-        f"{g.columns} {g.rotation!r} {x!r} {y!r}",
+        f"{g.columns} {rotation!r} {x!r} {y!r}",
         "0 0 0 0 0 0 0",
         *(" ".join(words[k : k + _VALUES_PER_LINE]) for k in range(0, len(words), _VALUES_PER_LINE)),
     ]
