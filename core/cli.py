@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 import traceback
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -155,6 +156,9 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line; every error is one sentence on stderr and an exit code."""
     arguments = sys.argv[1:] if arguments is None else arguments
     signal.signal(signal.SIGINT, _interrupted)
+    if "--debug" not in arguments:
+        # Those of libraries are for programmers; graben's own stand in its results.
+        warnings.simplefilter("ignore")
     try:
         sys.exit(app.main(arguments, prog_name="graben", standalone_mode=False) or 0)
     except click.ClickException as error:

@@ -9,6 +9,7 @@ import numpy as np
 
 from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.errors import InputError
+from graben.model import UNDEFINED
 from graben.surface import Surface, triangle_normals
 
 _SAMPLES = 9  # points on each stick by which the distance between sticks is measured
@@ -22,8 +23,9 @@ def sticks_surface(name: str, sticks: Sequence[FloatArray]) -> Surface:
     The sticks may stand in any order and direction. They are put into the order of the shortest way from
     stick to stick; where neighbours cross in the plane of the fault, their ends beyond the crossing are
     exchanged. Each is then cut into pieces about as long as the median distance between neighbours, and
-    strips join points at like fractions of the sticks' lengths. Every finite point is a vertex; points
-    that are not finite are kept as vertices without triangle, so that the check ``finite`` reports them.
+    strips join points at like fractions of the sticks' lengths. Every usable point is a vertex; points
+    that are not finite, or no places, are kept as vertices without triangle, so that the check ``finite``
+    reports them.
 
     Parameters
     ----------
@@ -38,7 +40,7 @@ def sticks_surface(name: str, sticks: Sequence[FloatArray]) -> Surface:
         When there are not two different sticks, or all lie in one line.
     """
     everything = np.concatenate([np.zeros((0, 3)), *sticks])
-    unfit = everything[~np.isfinite(everything).all(axis=1)]
+    unfit = everything[~(np.abs(everything) < UNDEFINED).all(axis=1)]
     clean = _cleaned(sticks)
     if len(clean) < 2:
         raise InputError(f"fault {name!r} has fewer than two different sticks; pick more.")
@@ -53,11 +55,11 @@ def sticks_surface(name: str, sticks: Sequence[FloatArray]) -> Surface:
 
 
 def _cleaned(sticks: Sequence[FloatArray]) -> list[FloatArray]:
-    """Return the sticks without points that repeat or are not finite, and without repeated sticks."""
+    """Return the sticks without points that repeat or are no places, and without repeated sticks."""
     result: list[FloatArray] = []
     seen: set[bytes] = set()
     for stick in sticks:
-        points = stick[np.isfinite(stick).all(axis=1)]
+        points = stick[(np.abs(stick) < UNDEFINED).all(axis=1)]
         points = points[np.sort(np.unique(points, axis=0, return_index=True)[1])]
         key = np.unique(points, axis=0).tobytes()
         if len(points) and key not in seen:

@@ -56,7 +56,8 @@ def write_tsurf(
     ]
     parts: list[str] = []
     for surface in surfaces:
-        name = " ".join(surface.name.split())
+        # A line holds the name: whatever would end it, or make the file binary, becomes a space.
+        name = " ".join("".join(c if c.isprintable() else " " for c in surface.name).split())
         parts += ["GOCAD TSurf 1", "HEADER {", f"name:{name}", "}", *frame]
         parts += [f"GEOLOGICAL_FEATURE {name}", f"GEOLOGICAL_TYPE {feature}"]
         parts += _mesh_lines(surface, z, values)
