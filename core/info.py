@@ -157,7 +157,7 @@ def describe(path: str | Path) -> FileInfo:
     """
     path = Path(path)
     if path.suffix == ".toml":
-        raise InputError(f"{path} is a model, not a surface file; use graben check.")
+        raise InputError(f"{path} is a model, not a surface file; use graben run.")
     kind = kind_of(path)
     if kind is Kind.TSURF:
         objects = read_tsurf(path)

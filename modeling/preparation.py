@@ -77,7 +77,13 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
     distance, block = _zones(graph, mesh, cut, faults, gammas)
     labels = cut.node_labels
     unknown = (distance <= gammas).any(axis=1) & (labels >= 0)
-    anchors, warnings = [], []
+    anchors = []
+    warnings = [
+        f"gamma of {model.faults[f].name} is {gamma:.4g}, less than {_LEAST_GAMMA:g} steps of "
+        f"{horizon.step:.4g}: the zone has hardly a node of its own, and what is smeared stays in the throw."
+        for f, gamma in zip(faults, gammas, strict=True)
+        if gamma < _LEAST_GAMMA * horizon.step
+    ]
     for label in range(int(labels.max(initial=-1)) + 1):
         mine = labels == label
         names = tuple(model.faults[f].name for f in np.unique(graph.faults[_touching(cut, mine)]))

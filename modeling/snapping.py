@@ -9,44 +9,76 @@ import shapely
 from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray
+from graben.modeling.refinement import component_labels
 from graben.modeling.resampling import Trace
 from graben.proximity import nearest
 from graben.surface import Surface, boundary_edges
 
 #: Points of a trace nearer than this many steps to each other, or to the boundary, are one.
 NEAR = 1e-3
+#: Two faults that share edges over less than this many steps cross there in one point.
+_TOGETHER = 0.5
 
 
-def snapped(trace: Trace, reach: float) -> Trace:
-    """Return a trace in which no two points, and no point and edge, are nearer in plan than ``reach``.
+def snapped(trace: Trace, step: float) -> Trace:
+    """Return a trace in which no two points, and no point and edge, are nearer in plan than NEAR steps.
 
     Exact intersections of surfaces that nearly share points leave points and edges a rounding error apart,
     between which no triangle fits: three faults through one point, a fault that ends at another to the
     digits of its file, a horizon node on a fault, a fault given twice. Points of a group become one of
-    them, and an edge is led through a point close to it. A group is never wider than ``reach``: a line of
-    many short edges keeps its course.
+    them, and an edge is led through a point close to it. A group is never wider than the least distance: a
+    line of many short edges keeps its course. Where two faults cross at a small angle they then share a few
+    short edges, which become the one point in which they cross.
 
     Parameters
     ----------
     trace : Trace
         The exact intersection.
-    reach : float
-        Model units.
+    step : float
+        Of the horizon, model units.
     """
-    return _through_points(_merged(trace, reach), reach)
+    close = _through_points(_merged(trace, NEAR * step), NEAR * step)
+    return _contracted(close, _TOGETHER * step)
 
 
 def _merged(trace: Trace, reach: float) -> Trace:
-    """Return the trace with points closer than ``reach`` made one, and edges that collapse left out."""
+    """Return the trace with points closer than ``reach`` made one."""
     target = _targets(trace, reach)
-    if target is None:
-        return trace
+    return trace if target is None else _joined(trace, target)
+
+
+def _joined(trace: Trace, target: IntArray) -> Trace:
+    """Return the trace with each point replaced by its target, and edges that collapse left out."""
     outer = trace.outer.copy()
     np.maximum.at(outer, target, trace.outer)
     at = target[trace.edges]
     on_rim = _keys(trace, at)[trace.rim == 1]
     whole = at[:, 0] != at[:, 1]
     return _rebuilt(trace, at[whole], trace.faults[whole], outer, on_rim)
+
+
+def _contracted(trace: Trace, span: float) -> Trace:
+    """Return the trace with edges that several faults share, in groups shorter than ``span``, made points."""
+    rows, count = np.unique(np.sort(trace.edges, axis=1), axis=0, return_counts=True)
+    shared = rows[count > 1]
+    if len(shared) == 0:
+        return trace
+    plan = trace.points[:, :2]
+    rank = _rank(trace)
+    labels = component_labels(len(plan), shared)
+    target = np.arange(len(plan))
+    for label in np.unique(labels[shared]):
+        group = np.flatnonzero(labels == label)
+        if np.hypot(*np.ptp(plan[group], axis=0)) < span:
+            off = np.hypot(*(plan[group] - plan[group].mean(axis=0)).T)
+            target[group] = group[np.lexsort((off, rank[group]))[0]]
+    return _joined(trace, target)
+
+
+def _rank(trace: Trace) -> IntArray:
+    """Return which points stay where points are joined: 0 on the boundary, 1 ends and junctions, 2 others."""
+    degree = np.bincount(trace.edges.ravel(), minlength=len(trace.points))
+    return np.where(trace.outer == 1, 0, np.where(degree != 2, 1, 2))
 
 
 def _through_points(trace: Trace, reach: float) -> Trace:
@@ -95,12 +127,11 @@ def _targets(trace: Trace, reach: float) -> IntArray | None:
     pairs = cKDTree(plan).query_pairs(reach, output_type="ndarray")
     if len(pairs) == 0:
         return None
-    degree = np.bincount(trace.edges.ravel(), minlength=len(plan))
     around: dict[int, list[int]] = {}
     for a, b in pairs.tolist():
         around.setdefault(a, []).append(b)
         around.setdefault(b, []).append(a)
-    rank = np.where(trace.outer == 1, 0, np.where(degree != 2, 1, 2))
+    rank = _rank(trace)
     target = np.full(len(plan), -1)
     for node in sorted(around, key=lambda n: (rank[n], *plan[n])):
         if target[node] < 0:

@@ -38,7 +38,7 @@ def cut_graph(model: Model, horizon: Horizon, network: Complex) -> CutGraph:
     """
     names = [f.name for f in model.faults]
     reach = NEAR * horizon.step
-    trace = snapped(exact_trace(horizon.surface, network, names, reach), reach)
+    trace = snapped(exact_trace(horizon.surface, network, names, reach), horizon.step)
     beside = along_boundary(trace, horizon.surface, reach)
     skirting = _skirting(trace, beside)
     trace = reaching(without(trace, beside), horizon.surface, reach)

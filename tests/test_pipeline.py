@@ -11,10 +11,12 @@ import pytest
 
 from graben.demo import build as demo
 from graben.demo import write
-from graben.model import Fault
+from graben.model import Fault, Horizon
+from graben.modeling.fitting import fit_points
 from graben.modeling.results import HorizonResult, Score
 from graben.pipeline import build, check, repair
 from graben.reading import read_model
+from graben.surface import Surface
 from tests.models import grid_horizon, model_of, model_of_demo, plane_fault
 
 #: Bars in percent of the largest throw, and the zone error as a share of the input's.
@@ -231,6 +233,39 @@ def test_unit_less_model_of_any_size() -> None:
     result = build(shrunk)
     assert result.passed
     assert 1000 * result.horizons[0].largest_throw == pytest.approx(whole.horizons[0].largest_throw, rel=1e-6)
+
+
+def test_a_fault_that_cuts_nothing_is_named() -> None:
+    horizon = grid_horizon(smeared)
+    cutting = plane_fault((0, -1500), (0, 1500))
+    deep = Fault(plane_fault((500, -900), (500, 900), name="F2").surface.moved(np.array([0.0, 0.0, -3000.0])))
+    aside = Fault(plane_fault((0, -900), (0, 900), name="F3").surface.moved(np.array([9000.0, 0.0, 0.0])))
+    result = build(model_of(horizon, cutting, deep, aside))
+    assert result.passed
+    said = {f.objects: f.message for f in result.after.of("trace")}
+    assert "below" in said[("F2",)]
+    assert "beside them in plan" in said[("F3",)]
+    assert ("F1",) not in said
+
+
+def test_sharp_picks_hold_the_throw_and_smeared_ones_do_not() -> None:
+    """Points on both sides right up to the fault show their throw; smeared ones are not followed."""
+    rng = np.random.default_rng(1)
+    xy = rng.uniform(-1500, 1500, (3600, 2))
+    fault = plane_fault((0, -2000), (0, 2000))
+    heave = 60.0 / np.tan(np.radians(60.0))
+    throws = []
+    for width in (1e-9, 120.0):
+        side = np.tanh(xy[:, 0] / width)
+        picks = np.column_stack([xy, -30.0 * side])
+        gap = (np.abs(xy[:, 0]) < heave / 2) & (width < 1.0)
+        fitted = fit_points(picks[~gap], 100.0)
+        surface = Surface("H", fitted.vertices, fitted.triangles)
+        horizon = Horizon("H", surface, 100.0, picks=picks[~gap], smoothing=fitted.smoothing)
+        (cutoff,) = build(model_of(horizon, fault)).horizons[0].cutoffs
+        throws.append(np.median(cutoff.throw))
+    assert throws[0] == pytest.approx(60.0, abs=1.5)
+    assert throws[1] == pytest.approx(60.0, abs=6.0)
 
 
 def test_results_print_and_convert() -> None:

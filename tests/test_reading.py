@@ -152,6 +152,20 @@ def test_ids_of_checks_and_repairs_are_looked_up(tmp_path: Path) -> None:
         read_model(folder_of(tmp_path, keys + "[checks]\nnear-mis = 3\n"))
 
 
+def test_a_horizon_of_points_is_written_as_its_points(tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    xy = rng.uniform(0, 900, (400, 2)) + np.array([430_000.0, 6_780_000.0])
+    picks = np.column_stack([xy, 1800 + 0.1 * (xy[:, 0] - 430_000) + rng.normal(size=400)])
+    (tmp_path / "a.csv").write_text("X,Y,Z\n" + "".join(f"{x!r},{y!r},{z!r}\n" for x, y, z in picks.tolist()))
+    keys = '[model]\nname = "M"\nz = "depth"\n' + section("horizons", name="A", file="a.csv", noise=1.5)
+    (tmp_path / "model.toml").write_text(keys)
+    model = read_model(tmp_path / "model.toml")
+    again = read_model(write_model(model, tmp_path / "again"))
+    assert (again.horizons[0].picks == model.horizons[0].picks).all()
+    assert (again.horizons[0].surface.vertices == model.horizons[0].surface.vertices).all()
+    assert again.horizons[0].step == model.horizons[0].step
+
+
 def test_steps() -> None:
     assert np.isclose(
         triangulated_step(Surface("A", [[0, 0, 0], [2, 0, 9], [1, np.sqrt(3), 5]], [[0, 1, 2]])), 2
@@ -193,7 +207,7 @@ def test_a_written_model_reads_back_to_the_bit(tmp_path: Path, z: str) -> None:
     again = read_model(written)
     same(model, again)
     assert [h.grid for h in again.horizons[:2]] == [h.grid for h in model.horizons[:2]]
-    assert {p.suffix for p in (tmp_path / "out").iterdir()} == {".toml", ".irap", ".ts", ""}
+    assert {p.suffix for p in (tmp_path / "out").iterdir()} == {".toml", ".irap", ".ts", ".csv", ""}
     assert again.truth is not None and (again.truth / "a.csv").read_text() == "1"
     first = {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir() if p.is_file()}
     write_model(again, tmp_path / "twice")

@@ -152,7 +152,6 @@ def _traces_that_pass() -> list[Case]:
         traced(
             "ends at another", "trace", cross, [T, J, T, T, T], [(0, 1), (1, 2), (3, 1), (1, 4)], [0, 0, 1, 1]
         ),
-        traced("no trace", "trace", LINE[:0], [], [], []),
     ]
 
 

@@ -6,16 +6,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from graben.arrays import FloatArray, floats, ints
+from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.cutgraph import CutGraph, NodeKind
 from graben.model import Horizon
+from graben.surface import Surface
 from graben.validators.context import Check, CheckContext, Defect, Need, Severity
 from graben.validators.measures import components, plural
 
 
 def _run(context: CheckContext) -> list[Defect]:
     found = [_failed(h, context.evidence.errors[h.name]) for h in context.horizons if _untraced(context, h)]
-    for horizon, graph in context.traced():
+    traced = context.traced()
+    if traced and len(traced) == len(context.model.horizons):
+        cutting = np.unique(np.concatenate([_met(graph) for _, graph in traced]))
+        idle = [f.surface for k, f in enumerate(context.model.faults) if k not in cutting]
+        found += [_idle(surface, [h.surface for h, _ in traced], context.unit) for surface in idle]
+    for horizon, graph in traced:
         for k, fault in enumerate(context.model.faults):
             objects = (horizon.name, fault.name)
             said = [judge(graph, k, objects, context.unit) for judge in (_loose, _pieces, _dropped)]
@@ -24,6 +30,37 @@ def _run(context: CheckContext) -> list[Defect]:
                 # the gravest first: it gives the finding its place, the others add their sentence
                 found.append(replace(defects[0], message=" ".join(d.message for d in defects)))
     return found
+
+
+def _met(graph: CutGraph) -> IntArray:
+    """Return the faults that meet a horizon, those of dropped pieces with them."""
+    return np.concatenate([graph.faults, np.array([d.fault for d in graph.dropped], dtype=np.int64)])
+
+
+def _idle(fault: Surface, horizons: list[Surface], unit: str) -> Defect:
+    """Return the warning that a fault cuts nothing, with what tells why."""
+    points = np.concatenate([h.vertices for h in horizons])
+    low, high = fault.vertices.min(axis=0), fault.vertices.max(axis=0)
+    apart = np.maximum(np.maximum(points.min(axis=0) - high, low - points.max(axis=0)), 0.0)
+    beside = float(np.hypot(apart[0], apart[1]))
+    length = f" {unit}" if unit else ""
+    if beside > 0:
+        why = f"it lies {beside:.4g}{length} beside them in plan"
+    elif apart[2] > 0:
+        where = "above" if low[2] > points[:, 2].max() else "below"
+        why = f"it lies {apart[2]:.4g}{length} {where} them"
+    else:
+        why = "it ends before it reaches one"
+    return Defect(
+        (fault.name,),
+        f"{fault.name} cuts no horizon: {why}.",
+        "Check the sign of z, the unit and the coordinates of both, or leave the fault out.",
+        value=float(np.linalg.norm(apart)),
+        unit=unit,
+        place=floats(fault.vertices.mean(axis=0)),
+        places=floats(fault.vertices.mean(axis=0), 1, 3),
+        severity=Severity.WARN,
+    )
 
 
 def _untraced(context: CheckContext, horizon: Horizon) -> bool:

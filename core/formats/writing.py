@@ -11,7 +11,7 @@ import numpy as np
 from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.formats.irap import grid_surface, write_irap_ascii
 from graben.formats.names import file_names
-from graben.formats.tsurf_writer import Feature, write_tsurf
+from graben.formats.tsurf_writer import Feature, in_convention, write_tsurf
 from graben.model import GridGeometry, Horizon, Model
 from graben.surface import Surface
 
@@ -23,8 +23,8 @@ def write_model(model: Model, folder: Path) -> Path:
     """Write a model: model.toml and a file for each surface, which read back to the bit.
 
     Faults become TSurf files. A horizon that is still the surface of its grid becomes an Irap ASCII grid,
-    any other a TSurf with its step stated. The picks behind a horizon fitted to points are not written: the
-    surface fitted to them is. The truth of a demo model is copied.
+    one fitted to points is written as its points, which say more than the surface; any other becomes a TSurf.
+    The step is stated for both. The truth of a demo model is copied.
 
     Parameters
     ----------
@@ -82,6 +82,11 @@ def _written_horizon(model: Model, horizon: Horizon, folder: Path, stem: str) ->
     if horizon.grid is not None and values is not None:
         keys["file"] = f"{stem}.irap"
         write_irap_ascii(folder / keys["file"], horizon.grid, floats(values * model.z_factor))
+    elif len(horizon.picks):
+        keys["file"] = f"{stem}.csv"
+        keys["step"] = horizon.step
+        picks = in_convention(horizon.picks, model.z)
+        np.savetxt(folder / keys["file"], picks, "%.17g", delimiter=",", header="X,Y,Z", comments="")
     else:
         keys["file"] = f"{stem}.ts"
         keys["step"] = horizon.step

@@ -100,6 +100,7 @@ def _page(result: RunResult, files: Files, truth: Truth) -> dict[str, Any]:
         f"profile {result.after.profile}",
     ]
     facts += [f"unit {model.unit}", f"z is {model.z}", *([model.crs] if model.crs else [])]
+    facts += [f"theta {model.parameters.theta:g}", f"tolerance {rounded(model.tolerance)}"]
     return {
         "title": model.name,
         "passed": result.passed,
@@ -121,6 +122,15 @@ def _page(result: RunResult, files: Files, truth: Truth) -> dict[str, Any]:
     }
 
 
+def _settings(run: RunResult, result: HorizonResult, frame: Frame) -> str:
+    """Return the step of a horizon and the gamma of each fault on it, in words."""
+    unit = f" {frame.unit}" if frame.unit else ""
+    step = f"Step {rounded(result.horizon.step)}{unit}"
+    faults = [f for f in run.repaired.faults if f.name in result.graph_faults]
+    gammas = [f"{rounded(run.model.gamma(f, result.horizon))}{unit} around {f.name}" for f in faults]
+    return f"{step}; rebuilt within {', '.join(gammas)} (gamma)." if gammas else f"{step}."
+
+
 def _horizon(
     run: RunResult,
     result: HorizonResult,
@@ -136,7 +146,7 @@ def _horizon(
         "name": result.name,
         "anchor": anchor,
         "line": horizon_line(result, frame),
-        "notes": [*result.horizon.notes, *result.warnings],
+        "notes": [_settings(run, result, frame), *result.horizon.notes, *result.warnings],
         "figures": [
             *sections[:1],
             *_maps(run, result, frame, budget),

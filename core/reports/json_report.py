@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graben.cleaning.ledger import RepairAction
+    from graben.model import Model
     from graben.modeling.results import HorizonResult, Subdomain, Termination
     from graben.pipeline import RunResult
 
@@ -38,8 +39,15 @@ def run_report(result: RunResult, files: Files) -> dict[str, Any]:
         "before": result.before.as_dict(),
         "repairs": [_repair(action, factor) for action in result.repairs],
         "after": result.after.as_dict(),
-        "horizons": [_horizon(h, files.get(h.name, {}), factor) for h in result.horizons],
+        "horizons": [_horizon(result.model, h, files.get(h.name, {})) for h in result.horizons],
         "not_modeled": dict(result.not_modeled),
+        "parameters": {
+            **result.model.parameters.model_dump(mode="json"),
+            "tolerance": result.model.tolerance,
+            "z": result.model.z,
+            "unit": result.model.unit,
+            "crs": result.model.crs,
+        },
         "timings": dict(result.timings),
         "peak_memory_mb": result.peak_memory_mb,
     }
@@ -84,11 +92,15 @@ def _repair(action: RepairAction, factor: float) -> dict[str, Any]:
     }
 
 
-def _horizon(result: HorizonResult, files: Mapping[str, str], factor: float) -> dict[str, Any]:
+def _horizon(model: Model, result: HorizonResult, files: Mapping[str, str]) -> dict[str, Any]:
+    factor = model.z_factor
+    gammas = {f.name: model.gamma(f, result.horizon) for f in model.faults if f.name in result.graph_faults}
     score = {} if result.score is None else {"score": result.score.as_dict()}
     return {
         "name": result.name,
         "files": dict(files),
+        "step": result.horizon.step,
+        "gamma": gammas,
         "nodes": len(result.surface.vertices),
         "unknowns": sum(s.unknowns for s in result.subdomains),
         **score,
