@@ -30,6 +30,10 @@ _LOOSE = (
     "Nothing holds this part of the horizon, which is left as it is: lower gamma for the faults around it, "
     "or extend the horizon."
 )
+_THIN = (
+    "Parts of the cut run so close to each other or to the outline that the mesh cannot be solved on; this "
+    "part is left as it is: separate the faults there, or use a smaller step."
+)
 #: Corners of the outline nearer to an exit than this share of gamma slide with it.
 _REACH = 0.5
 
@@ -91,6 +95,7 @@ class _Stage:
     border: BoolArray
     sides: IntArray
     edge_count: int
+    gamma: float
 
     @staticmethod
     def of(model: Model, prepared: CutHorizon, network: Complex, backend: Backend) -> _Stage:
@@ -105,7 +110,7 @@ class _Stage:
         exits = lip.copies[lip.roles == Role.EXIT]
         runs_ = runs(prepared.first[:, :2], cut.origin, outline, prepared.unknown, exits, _REACH * gamma)
         edges, sides = edge_table(cut.triangles)
-        return _Stage(model, prepared, backend, lip, guides, runs_, border, sides, len(edges))
+        return _Stage(model, prepared, backend, lip, guides, runs_, border, sides, len(edges), gamma)
 
     def solved(self, label: int, points: FloatArray) -> Subdomain:
         """Solve one subdomain and write its result into ``points`` (n, 3), positions of all copies."""
@@ -124,6 +129,10 @@ class _Stage:
         local, problem = self._problem(label, mine)
         parameters = self.model.parameters
         outcome = iterated(problem, self.backend, parameters.max_iterations, parameters.acceleration)
+        if not _credible(problem, outcome, self.gamma):
+            thin = Termination(TerminationType.STAGNATION, "unstable", _THIN)
+            steps = len(outcome.history)
+            return Subdomain(label, names, nodes, unknowns, steps, thin, history=outcome.history)
         points[local, :2] = outcome.points
         points[local, 2] = outcome.values
         seconds = dict(outcome.seconds)
@@ -201,6 +210,13 @@ class _Stage:
         return termination(
             outcome, self.model, role, (fault, int(self.lips.sides[k])), points[self.lips.copies[k]]
         )
+
+
+def _credible(problem: Problem, outcome: Outcome, gamma: float) -> bool:
+    """Return whether the result is finite and no further from the input than its relief and gamma allow."""
+    change = np.abs(outcome.values - problem.values)
+    most = 2.0 * (float(np.ptp(problem.values)) + gamma)
+    return bool(np.isfinite(outcome.points).all() and (change <= most).all())
 
 
 def _areas(points: FloatArray, pattern: EdgePattern) -> FloatArray:
