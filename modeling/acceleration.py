@@ -1,4 +1,4 @@
-"""Anderson acceleration of a fixed-point iteration (THEORY sect. 4)."""
+"""Anderson acceleration of a fixed-point iteration (docs/method.md)."""
 
 from __future__ import annotations
 

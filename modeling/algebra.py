@@ -22,7 +22,7 @@ _PROBE_SEED = 0
 
 _NOT_DEFINITE = (
     "The surface is not determined by its fixed nodes (the matrix is not positive definite): each connected "
-    "part needs at least three fixed nodes that are not in one line, and a cut that keeps clear of itself and "
+    "part needs three or more fixed nodes that are not in one line, and a cut that keeps clear of itself and "
     "of the boundary."
 )
 

@@ -24,7 +24,7 @@ from graben.modeling.preparation import CutHorizon
 from graben.modeling.results import HorizonResult, Subdomain, Termination, TerminationType
 from graben.surface import Surface, edge_table
 
-#: The default length of the energy, in gammas of the widest zone of the subdomain (THEORY sect. 1).
+#: The default length of the energy, in gammas of the widest zone of the subdomain.
 _LENGTH = 10.0
 _LOOSE = (
     "Nothing holds this part of the horizon, which is left as it is: lower gamma for the faults around it, "

@@ -19,7 +19,7 @@ class Deformation:
     """The positions of a mesh as a function of those of its cut nodes.
 
     The matrix is that of the first mesh on the nodes that are free to move, so it is factored once
-    (THEORY: the map has no memory and the triangles do not drift).
+    (the map has no memory and the triangles do not drift).
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from graben.modeling.resampling import Trace, node_kinds, resampled
 from graben.modeling.snapping import NEAR, along_boundary, reaching, snapped, without
 from graben.surface import Surface, boundary_edges, mean_dip_direction, triangle_areas
 
-#: Pieces of a trace shorter than this many steps are dropped (SPEC, check `trace`).
+#: Pieces of a trace shorter than this many steps are dropped (check `trace`).
 _PIECE = 2.0
 #: Ends beyond a junction shorter than this many steps are dropped: the mesh could not open them.
 _STUB = 1.0
