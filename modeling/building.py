@@ -99,6 +99,7 @@ class _Stage:
 
     @staticmethod
     def of(model: Model, prepared: CutHorizon, network: Complex, backend: Backend) -> _Stage:
+        """Return the lips of the horizon, their guides, and how its outline slides with its exits."""
         cut, graph = prepared.cut, prepared.graph
         lip = lips(graph, cut)
         surfaces = [f.surface for f in model.faults]

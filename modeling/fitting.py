@@ -74,6 +74,7 @@ class _Frame:
 
     @staticmethod
     def of(plan: FloatArray, step: float) -> _Frame:
+        """Return the frame of picks at plan positions (p, 2)."""
         # The least rectangle turns with the picks; its longer side says which way.
         if len(plan) < 3:
             raise ModelingError("there are fewer than three")

@@ -47,7 +47,6 @@ def node_data(
     gammas: FloatArray,
     nodes: FloatArray,
     block: IntArray,
-    step: float,
 ) -> NodeData:
     """Return what the trusted picks say of nodes of the modeling zone, each from its own side.
 
@@ -65,12 +64,10 @@ def node_data(
         Plan positions on the first mesh.
     block : (n, f) array
         Side of each node with regard to each fault, 0 outside its zone.
-    step : float
-        Model units.
     """
     if len(picks) == 0:
         return no_data()
-    sides, trusted = _sides(picks, graph, faults, gammas, step)
+    sides, trusted = _sides(picks, graph, faults, gammas)
     found: list[NodeData] = []
     for kind in np.unique(block[(block != 0).any(axis=1)], axis=0):
         if not trusted[kind != 0].all():
@@ -88,7 +85,7 @@ def node_data(
 
 
 def _sides(
-    picks: FloatArray, graph: CutGraph, faults: Sequence[Surface], gammas: FloatArray, step: float
+    picks: FloatArray, graph: CutGraph, faults: Sequence[Surface], gammas: FloatArray
 ) -> tuple[IntArray, BoolArray]:
     """Return the side of each pick for each fault, (p, f), and around which faults picks are trusted.
 

@@ -100,7 +100,7 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
                 )
         anchors.append(anchor)
     surfaces = [model.faults[f].surface for f in faults]
-    data = node_data(horizon.picks, graph, surfaces, gammas, mesh.points[cut.origin, :2], block, horizon.step)
+    data = node_data(horizon.picks, graph, surfaces, gammas, mesh.points[cut.origin, :2], block)
     return CutHorizon(
         horizon,
         graph,
