@@ -1,4 +1,4 @@
-"""The command line: `graben run`, `demo`, `info` and `schema`."""
+"""The command line: `graben check`, `run`, `demo`, `info` and `schema`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 # The same input gives the same bytes only with one thread; to be said before numpy is loaded.
 for _library in ("OMP", "OPENBLAS", "MKL"):
@@ -22,6 +22,8 @@ import click  # noqa: E402
 from graben.errors import GrabenError, InputError, OutputError  # noqa: E402
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from graben.pipeline import Progress
 
 _INTERRUPTED = 130
@@ -43,6 +45,63 @@ def _common(command: Callable[..., None]) -> Callable[..., None]:
 @click.version_option(package_name="graben")
 def app() -> None:
     """Check, repair and model geological faults and horizons."""
+
+
+#: The files that a check can write, by option.
+_REPORTS = {
+    "json": "Findings as JSON; `graben schema` prints its schema.",
+    "junit": "Findings as JUnit XML, for CI.",
+    "sarif": "Findings as SARIF 2.1.0, with the lines of the files.",
+    "html": "Report in one HTML file, with maps.",
+    "geojson": "Places of the findings as GeoJSON, for a GIS.",
+}
+
+
+def _report_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add an option for each file that a check can write."""
+    for name, meaning in reversed(_REPORTS.items()):
+        kind = click.Path(path_type=Path, allow_dash=True)
+        command = click.option(f"--{name}", type=kind, metavar="F", help=meaning)(command)
+    return command
+
+
+@app.command()
+@click.argument("model", type=click.Path(path_type=Path))
+@_report_options
+@click.option("--profile", type=click.Choice(["paper", "extended"]), default="extended", show_default=True)
+@_common
+def check(model: Path, profile: str, verbose: bool, quiet: bool, debug: bool, **reports: Path | None) -> None:
+    """Check MODEL, a model.toml, and say what is wrong, where, and what to do; nothing is changed.
+
+    A file F may be - for stdout, which then holds nothing else. A file that is there already is replaced only
+    where graben wrote it as such a report.
+
+    Exit code 0: no check fails; 1: some check fails; 2: the input cannot be read or the command is wrong.
+    """
+    from graben.pipeline import examine
+    from graben.reading import read_model
+    from graben.reports.check_files import STDOUT, require_targets, write_reports
+    from graben.reports.check_table import check_table
+
+    targets = {kind: target for kind, target in reports.items() if target is not None}
+    require_targets(targets, model)
+    with _progress(quiet) as say:
+        say("read", str(model))
+        read = read_model(model)
+        say("check", read.name)
+        examination = examine(read, profile, say)
+        if targets:
+            say("write", ", ".join(targets))
+        piped = write_reports(examination, targets)
+    if piped:
+        _print(piped, sys.stdout)
+    if not quiet and (verbose or not piped):
+        stream = sys.stderr if piped else sys.stdout
+        table = check_table(examination, verbose=verbose, console=_console(stream))
+        files = [str(target) for target in targets.values() if target != STDOUT]
+        told = f"{table}\nWritten: {', '.join(files)}\n" if files else f"{table}\n"
+        _print(told.encode(stream.encoding or "utf-8", "backslashreplace"), stream)
+    sys.exit(0 if examination.result.passed else 1)
 
 
 @app.command()
@@ -131,12 +190,29 @@ def info(file: Path, verbose: bool, quiet: bool, debug: bool) -> None:
 @app.command()
 @_common
 def schema(verbose: bool, quiet: bool, debug: bool) -> None:
-    """Print the JSON Schemas of model.toml and report.json."""
+    """Print the JSON Schemas of model.toml, report.json and the JSON of a check."""
     import json
 
     from graben.schema import schemas
 
     click.echo(json.dumps(schemas(), indent=2))
+
+
+def _console(stream: TextIO) -> Console | None:
+    """Return a console with the width and colours of the terminal that a stream is, None for any other."""
+    from rich.console import Console
+
+    return Console(file=stream) if stream.isatty() else None
+
+
+def _print(content: bytes, stream: TextIO) -> None:
+    """Write to a stream; a reader that has seen enough, such as `head`, may close it."""
+    try:
+        stream.buffer.write(content)
+        stream.flush()
+    except BrokenPipeError:
+        # What is still in the buffer must go somewhere when the program ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 @contextmanager

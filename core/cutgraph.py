@@ -46,6 +46,8 @@ class CutGraph:
         Index of the fault of each edge in the model.
     dropped : tuple of DroppedTrace
         Pieces left out.
+    filled : (k, 3) array
+        Undefined nodes of the horizon that were filled before it was traced, model units.
     """
 
     horizon: str
@@ -54,14 +56,16 @@ class CutGraph:
     edges: IntArray
     faults: IntArray
     dropped: tuple[DroppedTrace, ...] = field(default=())
+    filled: FloatArray = field(default_factory=lambda: floats([], 0, 3))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "nodes", floats(self.nodes, -1, 3))
         object.__setattr__(self, "kinds", ints(self.kinds))
         object.__setattr__(self, "edges", ints(self.edges, -1, 2))
         object.__setattr__(self, "faults", ints(self.faults))
+        object.__setattr__(self, "filled", floats(self.filled, -1, 3))
 
     def moved(self, offset: FloatArray) -> CutGraph:
         """Return the graph shifted by ``offset``, shape (3,)."""
         dropped = tuple(replace(d, place=floats(d.place + offset)) for d in self.dropped)
-        return replace(self, nodes=self.nodes + offset, dropped=dropped)
+        return replace(self, nodes=self.nodes + offset, dropped=dropped, filled=self.filled + offset)

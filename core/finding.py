@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +29,49 @@ class Profile(StrEnum):
 
     PAPER = "paper"
     EXTENDED = "extended"
+
+
+class Element(StrEnum):
+    """What the element indices of a finding number."""
+
+    NONE = ""
+    VERTEX = "vertex"  #: of the first object
+    TRIANGLE = "triangle"  #: of the first object
+    PICK = "pick"  #: input points of the horizon
+    NODE = "node"  #: of the cut graph
+    EDGE = "edge"  #: of the cut graph
+    SUBDOMAIN = "subdomain"  #: of the cut horizon
+
+
+@dataclass(frozen=True)
+class Part:
+    """One kind of thing within a finding, such as a gap, a proper crossing or a cycle.
+
+    Parameters
+    ----------
+    kind : str
+        What it is, in a few words.
+    count : int
+        How many elements it has.
+    place : tuple of float
+        x, y and elevation of it, model units.
+    value, unit : float or None, str
+        Its size, where it has one: a length, a distance, an area.
+    objects : tuple of str
+        Names of the surfaces that it is about, where they are not those of the finding, in their order.
+    """
+
+    kind: str
+    count: int
+    place: tuple[float, float, float]
+    value: float | None = None
+    unit: str = ""
+    objects: tuple[str, ...] = ()
+
+    def moved(self, offset: FloatArray) -> Part:
+        """Return the part with its place moved by ``offset``, shape (3,)."""
+        x, y, z = (float(c) for c in np.array(self.place) + offset)
+        return replace(self, place=(x, y, z))
 
 
 @dataclass(frozen=True)
@@ -63,9 +106,15 @@ class Finding:
     repairable : bool
         Whether `graben repair` has an answer.
     elements : (k,) array
-        Indices of the elements concerned (the message says of what), of the first object.
+        Indices of the elements concerned.
+    element : Element
+        What ``elements`` number.
     places : (p, 3) array
         x, y and elevation of the places concerned, model units.
+    paths : tuple of (k, 3) arrays
+        Lines concerned, such as a stretch of a rim or a cycle of cuts, model units.
+    parts : tuple of Part
+        What the finding consists of, where that is of several kinds or sizes.
     """
 
     check: str
@@ -78,6 +127,23 @@ class Finding:
     repairable: bool = False
     elements: IntArray = field(default_factory=lambda: ints([]))
     places: FloatArray = field(default_factory=lambda: floats([], 0, 3))
+    element: Element = Element.NONE
+    paths: tuple[FloatArray, ...] = ()
+    parts: tuple[Part, ...] = ()
+
+    def moved(self, offset: FloatArray) -> Finding:
+        """Return the finding with all its places moved by ``offset``, shape (3,), model units."""
+        worst = self.worst
+        if worst is not None:
+            x, y, z = (float(c) for c in np.array([worst.x, worst.y, worst.z]) + offset)
+            worst = replace(worst, x=x, y=y, z=z)
+        return replace(
+            self,
+            worst=worst,
+            places=floats(self.places + offset),
+            paths=tuple(floats(path + offset) for path in self.paths),
+            parts=tuple(part.moved(offset) for part in self.parts),
+        )
 
     def as_dict(self, z_factor: float = 1.0) -> dict[str, Any]:
         """Return the finding for JSON; ``z_factor`` -1 turns elevations into depths."""
@@ -94,6 +160,19 @@ class Finding:
             "message": self.message,
             "remedy": self.remedy,
             "repairable": self.repairable,
+            "parts": [
+                {
+                    "kind": p.kind,
+                    "count": p.count,
+                    "objects": list(p.objects or self.objects),
+                    "value": p.value,
+                    "unit": p.unit,
+                    "x": p.place[0],
+                    "y": p.place[1],
+                    "z": z_factor * p.place[2],
+                }
+                for p in self.parts
+            ],
         }
 
 
@@ -152,10 +231,17 @@ class CheckResult:
     def _repr_html_(self) -> str:
         from html import escape
 
+        def worst(w: Worst | None) -> str:
+            if w is None:
+                return ""
+            return escape(f"{w.value:.4g} {w.unit} at {w.x:.2f}, {w.y:.2f}, {self.z_factor * w.z:.2f}")
+
         rows = "".join(
             f"<tr><td>{f.status}</td><td>{f.check}</td><td>{escape(', '.join(f.objects))}</td>"
+            f"<td>{f.count or ''}</td><td>{worst(f.worst)}</td>"
             f"<td>{escape(f.message)}</td><td>{escape(f.remedy)}</td></tr>"
             for f in self.findings
         )
-        head = "<tr><th>status</th><th>check</th><th>objects</th><th>message</th><th>remedy</th></tr>"
+        names = ("status", "check", "objects", "count", "worst, at x, y, z", "message", "remedy")
+        head = f"<tr>{''.join(f'<th>{name}</th>' for name in names)}</tr>"
         return f"<p>Check: <b>{'passed' if self.passed else 'not passed'}</b></p><table>{head}{rows}</table>"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
@@ -120,7 +121,8 @@ class Fault:
 class Model:
     """A structural model. Coordinates are the input's, z is elevation (positive up).
 
-    ``z`` and ``unit`` are the model file's own, for output; ``folder`` is where the model file lies.
+    ``z`` and ``unit`` are the model file's own, for output; ``file`` is that file, None for a model made
+    in Python.
     """
 
     name: str
@@ -134,6 +136,7 @@ class Model:
     repair: RepairSettings = RepairSettings()
     contacts: tuple[ContactRule, ...] = ()
     checks: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    file: Path | None = None
 
     @property
     def surfaces(self) -> tuple[Surface, ...]:
@@ -145,7 +148,7 @@ class Model:
         """1 where the model counts z upwards, -1 where it counts depth."""
         return 1.0 if self.z == "elevation" else -1.0
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest usable coordinates of all surfaces, shape (3,) each; zeros if there are none.
 
@@ -179,6 +182,22 @@ class Model:
     def gamma(self, fault: Fault, horizon: Horizon) -> float:
         """Return the half-width of the modeling zone of a fault on a horizon, model units."""
         return fault.gamma or self.parameters.gamma or 4.0 * horizon.step
+
+    def max_move(self, fault: Fault) -> float:
+        """Return how far a vertex of a fault may be moved by a repair, model units.
+
+        As given in [repair]; else half the least step of the horizons, with no horizon half the median
+        edge of the fault.
+        """
+        if self.repair.max_move is not None:
+            return self.repair.max_move
+        if self.horizons:
+            return 0.5 * min(h.step for h in self.horizons)
+        return 0.5 * fault.surface.median_edge
+
+    def max_extension(self, fault: Fault) -> float:
+        """Return how far a fault may be extended or cut back at a contact, model units: 5 max_move."""
+        return self.repair.max_extension or 5.0 * self.max_move(fault)
 
     def moved(self, offset: FloatArray) -> Model:
         """Return the model shifted by ``offset``, shape (3,)."""

@@ -1,18 +1,22 @@
-"""Output folders that appear whole or not at all."""
+"""Output folders and files that appear whole or not at all, and overwrite nothing of the user's."""
 
 from __future__ import annotations
 
 import os
+import secrets
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
+import stat
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from graben.errors import OutputError
 
 #: Says of a folder that graben made it and may remove it.
 _MARK = ".graben-partial"
-#: Partial folders of this process.
+#: A file larger than this, bytes, is none of graben's reports, and is not read to find out.
+_LARGEST_REPORT = 2**28
+#: Partial folders and files of this process.
 _open: list[Path] = []
 
 
@@ -62,7 +66,16 @@ def whole_folder(target: Path) -> Iterator[Path]:
 def drop_partial() -> None:
     """Remove what this process has not finished, for a process that ends at once."""
     for partial in _open:
+        _dropped(partial)
+
+
+def _dropped(partial: Path) -> None:
+    """Remove a partial folder or file, if it is there."""
+    if partial.is_dir():
         shutil.rmtree(partial, ignore_errors=True)
+    else:
+        with suppress(OSError):
+            partial.unlink()
 
 
 def _made_parents(target: Path) -> None:
@@ -89,3 +102,84 @@ def require_free(target: Path) -> None:
         raise OutputError(f"{above} is a file, not a folder: choose another -o.")
     if not os.access(above, os.W_OK | os.X_OK):
         raise OutputError(f"{above} may not be written to: choose another -o.")
+
+
+def require_replaceable(target: Path, ours: Callable[[bytes], bool]) -> None:
+    """Raise OutputError unless ``target`` can be written without a loss to the user.
+
+    Parameters
+    ----------
+    target : Path
+        A file that is absent, in a folder that is there and may be written to; or one that ``ours`` knows.
+    ours : callable
+        Says of the content of a file whether graben wrote it as such a report, so that it may be replaced.
+    """
+    folder = target.absolute().parent
+    if not folder.is_dir():
+        kind = "is a file" if folder.exists() else "does not exist"
+        raise OutputError(f"{target} cannot be written: its folder {folder} {kind}; choose another place.")
+    try:
+        mode = target.lstat().st_mode
+    except FileNotFoundError:
+        mode = None
+    except OSError as error:
+        raise OutputError(f"{target} cannot be written: {error.strerror}; choose another name.") from error
+    if mode is not None:
+        _require_ours(target, mode, ours)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise OutputError(
+            f"{target} cannot be written: {folder} may not be written to; choose another place."
+        )
+
+
+def _require_ours(target: Path, mode: int, ours: Callable[[bytes], bool]) -> None:
+    if stat.S_ISDIR(mode):
+        raise OutputError(f"{target} is a folder: give the name of a file in it.")
+    if not stat.S_ISREG(mode):
+        raise OutputError(f"{target} is a link, a device or a pipe: give a plain file, or - for stdout.")
+    try:
+        known = target.stat().st_size <= _LARGEST_REPORT and ours(target.read_bytes())
+    except OSError as error:
+        raise OutputError(
+            f"{target} exists and cannot be read: {error.strerror}; choose another name."
+        ) from error
+    if not known:
+        raise OutputError(
+            f"{target} exists and is no such report of graben: graben overwrites nothing of yours, "
+            "choose another name."
+        )
+
+
+def write_whole(contents: Mapping[Path, bytes]) -> None:
+    """Write files, replacing those of the same names; each appears whole, and on an error none does.
+
+    Each is written beside its place under another name first.
+
+    Raises
+    ------
+    OutputError
+        When one of them cannot be written.
+    """
+    token = f"{os.getpid()}-{secrets.token_hex(4)}"
+    partials = {t: t.with_name(f".graben-{token}-{k}.partial") for k, t in enumerate(contents)}
+    _open.extend(partials.values())
+    try:
+        for target, partial in partials.items():
+            with _named(target):
+                partial.write_bytes(contents[target])
+        for target, partial in partials.items():
+            with _named(target):
+                partial.replace(target)
+    finally:
+        for partial in partials.values():
+            _dropped(partial)
+            _open.remove(partial)
+
+
+@contextmanager
+def _named(target: Path) -> Iterator[None]:
+    """Turn an error of the system into one that names the file."""
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"{target} cannot be written: {error.strerror}; choose another place.") from error

@@ -10,6 +10,9 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from scipy.spatial import cKDTree
+
+from graben.arrays import FloatArray, floats
 from graben.cleaning.ledger import RepairAction
 from graben.cleaning.planner import repaired
 from graben.complexes import Complex
@@ -18,7 +21,7 @@ from graben.errors import ModelingError
 from graben.finding import CheckResult, Profile
 from graben.model import Horizon, Model
 from graben.modeling.building import rebuilt
-from graben.modeling.filling import filled
+from graben.modeling.filling import ON_GRID, filled
 from graben.modeling.preparation import CutHorizon, prepared
 from graben.modeling.refinement import refined
 from graben.modeling.results import HorizonResult
@@ -158,7 +161,7 @@ class _Stages:
                 f"{count} undefined nodes were filled in holes crossed by a fault.",
             )
         self._filled[horizon.name] = whole
-        graph = cut_graph(model, whole, complex)
+        graph = replace(cut_graph(model, whole, complex), filled=_added(horizon, whole))
         self.seconds += time.perf_counter() - start
         return graph
 
@@ -172,6 +175,15 @@ class _Stages:
         return made.anchors
 
 
+def _added(horizon: Horizon, whole: Horizon) -> FloatArray:
+    """Return the nodes that a horizon has only since its holes were filled, shape (k, 3)."""
+    nodes = whole.surface.vertices
+    if whole is horizon:
+        return nodes[:0]
+    away = cKDTree(horizon.surface.vertices[:, :2]).query(nodes[:, :2])[0]
+    return floats(nodes[away > ON_GRID * horizon.step])
+
+
 def _quiet(stage: str, what: str) -> None:
     """Report no progress."""
 
@@ -182,6 +194,43 @@ def _examined(model: Model, profile: Profile, progress: Progress) -> tuple[Check
     stages = _Stages(progress)
     result, evidence = run_checks(model.moved(-origin), profile, stages)
     return shifted(result, origin), evidence, stages
+
+
+@dataclass(frozen=True, eq=False)
+class Examination:
+    """What the gate found and what it saw; coordinates are the input's, z is elevation.
+
+    Parameters
+    ----------
+    model : Model
+        The input.
+    result : CheckResult
+        The findings.
+    graphs : mapping of str to CutGraph
+        The traces of the faults on each horizon that has some, by its name.
+    seconds : float
+        How long it took.
+    peak_memory_mb : float
+        Largest memory of the process so far.
+    """
+
+    model: Model
+    result: CheckResult
+    graphs: Mapping[str, CutGraph]
+    seconds: float
+    peak_memory_mb: float
+
+
+def examine(
+    model: Model, profile: Profile | str = Profile.EXTENDED, progress: Progress | None = None
+) -> Examination:
+    """Return the findings of every check with what a report of them shows; parameters as of :func:`check`."""
+    begin = time.perf_counter()
+    result, evidence, _ = _examined(model, Profile(profile), progress or _quiet)
+    graphs = {name: graph.moved(model.local_origin()) for name, graph in evidence.graphs.items()}
+    return Examination(
+        model, result, MappingProxyType(graphs), time.perf_counter() - begin, _peak_memory_mb()
+    )
 
 
 def check(model: Model, profile: Profile | str = Profile.EXTENDED) -> CheckResult:

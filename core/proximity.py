@@ -1,4 +1,4 @@
-"""The nearest simplex of a mesh to points, in space or in plan."""
+"""What is near what: the nearest simplex to points, and boxes that meet."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import igl
 import numpy as np
+import shapely
 
 from graben.arrays import FloatArray, IntArray
 
@@ -48,3 +49,29 @@ def nearest(points: FloatArray, vertices: FloatArray, simplices: IntArray) -> Ne
         np.ascontiguousarray(simplices),
     )
     return Nearest(np.sqrt(squared), np.atleast_1d(simplex), np.atleast_2d(place)[:, :columns])
+
+
+def box_pairs(
+    low_a: FloatArray, high_a: FloatArray, low_b: FloatArray, high_b: FloatArray, along: int = 2
+) -> IntArray:
+    """Return the pairs (i, j) of boxes of two sets that meet, shape (p, 2).
+
+    Parameters
+    ----------
+    low_a, high_a, low_b, high_b : (n, 3) arrays
+        Least and greatest corners of the boxes.
+    along : int
+        Axis that is looked at last: the one along which most boxes lie behind each other.
+
+    >>> unit = np.ones((1, 3))
+    >>> box_pairs(0 * unit, unit, np.array([[1.0, 1, 1], [2, 0, 0]]), np.full((2, 3), 3.0)).tolist()
+    [[0, 0]]
+    """
+    if not len(low_a) or not len(low_b):
+        return np.zeros((0, 2), dtype=np.int64)
+    u, v = (k for k in range(3) if k != along)
+    tree = shapely.STRtree(shapely.box(low_b[:, u], low_b[:, v], high_b[:, u], high_b[:, v]))
+    a, b = tree.query(shapely.box(low_a[:, u], low_a[:, v], high_a[:, u], high_a[:, v]))
+    # the tree gives every pair of its two axes that meets; the third decides
+    meet = (low_a[a, along] <= high_b[b, along]) & (low_b[b, along] <= high_a[a, along])
+    return np.stack([a[meet], b[meet]], axis=1).astype(np.int64)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -27,6 +28,8 @@ from graben.validators.finite import usable
 
 #: Nodes of the grid on which results of a horizon from points are written; a step that gives more is a slip.
 MOST_NODES = 100_000_000
+#: Nodes of a surface fitted to points: more need more than 4 GB, and points were never that dense.
+MOST_FITTED = 4_000_000
 
 
 def read_model(path: str | Path) -> Model:
@@ -79,6 +82,7 @@ def read_model(path: str | Path) -> Model:
         repair=settings.repair,
         contacts=settings.contacts,
         checks=MappingProxyType(dict(settings.checks)),
+        file=path,
     )
 
 
@@ -145,6 +149,7 @@ def _horizon(section: HorizonSection, path: Path, z: Sign) -> Horizon:
 def _horizon_of_grid(section: HorizonSection, file: Path, z: Sign) -> Horizon:
     grid, values = read_irap(file)
     surface = grid_surface(section.name, grid, values if z == "elevation" else floats(-values))
+    surface = replace(surface, file=file)
     if len(surface.triangles) == 0:
         raise InputError(f"{file} has no cell with three defined nodes; export the grid again.")
     undefined = values.size - len(surface.vertices)
@@ -165,10 +170,12 @@ def _horizon_of_points(section: HorizonSection, file: Path, z: Sign) -> Horizon:
         )
     step = section.step or default
     grid = covering_grid(floats(picks[finite]), step)
-    if grid is None:
+    # the default step is that of four points to a node
+    nodes = np.count_nonzero(finite) / 4.0 * (default / step) ** 2
+    if grid is None or nodes > MOST_FITTED:
+        most = f"{MOST_NODES} grid nodes" if grid is None else f"{MOST_FITTED} nodes"
         raise InputError(
-            f"{file}: a step of {step:g} gives horizon {section.name!r} more than {MOST_NODES} grid nodes; "
-            "set a larger step."
+            f"{file}: a step of {step:g} gives horizon {section.name!r} more than {most}; set a larger step."
         )
     smoothing = 0.0
     if not finite.all():
@@ -183,6 +190,7 @@ def _horizon_of_points(section: HorizonSection, file: Path, z: Sign) -> Horizon:
             raise InputError(f"{file}: {error}") from error
         surface, note = Surface(section.name, fitted.vertices, fitted.triangles), fitted.note
         smoothing = fitted.smoothing
+    surface = replace(surface, file=file)
     return Horizon(
         section.name, surface, step, grid, picks, section.noise, smoothing, (note,) if note else ()
     )
@@ -226,7 +234,7 @@ def _faults(section: FaultSection, path: Path, z: Sign) -> Iterator[Fault]:
     if z == "depth":
         sticks = [mirrored(stick) for stick in sticks]
     try:
-        yield Fault(sticks_surface(section.name, sticks), section.gamma)
+        yield Fault(replace(sticks_surface(section.name, sticks), file=file), section.gamma)
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
 
@@ -246,7 +254,7 @@ def _chosen(objects: list[TSurf], name: str, file: Path) -> TSurf:
 
 
 def _named(surface: Surface, name: str) -> Surface:
-    return Surface(name, surface.vertices, surface.triangles, surface.lines)
+    return replace(surface, name=name)
 
 
 def _located(path: Path, file: str, what: str, folder: bool = False) -> Path:

@@ -40,6 +40,16 @@ def _or_null(schema: dict[str, Any]) -> dict[str, Any]:
 def _check() -> dict[str, Any]:
     """Return the schema of a verdict and its findings."""
     worst = _object({"value": _NUMBER, "unit": _TEXT, "x": _NUMBER, "y": _NUMBER, "z": _NUMBER})
+    part = _object(
+        {
+            "kind": _TEXT,
+            "count": _COUNT,
+            "objects": _list(_TEXT),
+            "value": _or_null(_NUMBER),
+            "unit": _TEXT,
+            **dict.fromkeys("xyz", _NUMBER),
+        }
+    )
     finding = _object(
         {
             "check": _TEXT,
@@ -50,6 +60,7 @@ def _check() -> dict[str, Any]:
             "message": _TEXT,
             "remedy": _TEXT,
             "repairable": _FLAG,
+            "parts": _list(part),
         }
     )
     return _object(
@@ -58,7 +69,8 @@ def _check() -> dict[str, Any]:
             "profile": {"enum": [str(p) for p in Profile]},
             "passed": _FLAG,
             "findings": _list(finding),
-        }
+        },
+        {"model": _TEXT},
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +31,8 @@ class Surface:
         Vertex indices. May be unfit (out of range, repeated): the checks say so.
     lines : (m,) array, optional
         Line of each triangle in the file it was read from, 1-based; empty when unknown.
+    file : Path, optional
+        The file it was read from; None for a surface made in Python.
 
     Examples
     --------
@@ -41,6 +44,7 @@ class Surface:
     vertices: FloatArray
     triangles: IntArray
     lines: IntArray = field(default_factory=lambda: ints([]))
+    file: Path | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", floats(self.vertices, -1, 3))
@@ -50,6 +54,14 @@ class Surface:
     def __repr__(self) -> str:
         plural = "" if len(self.triangles) == 1 else "s"
         return f"Surface {self.name!r}: {len(self.vertices)} vertices, {len(self.triangles)} triangle{plural}"
+
+    @property
+    def median_edge(self) -> float:
+        """Median length of the sides of its triangles, model units; 0 without any."""
+        if not len(self.triangles):
+            return 0.0
+        corners = self.vertices[self.triangles]
+        return float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
 
     def moved(self, offset: FloatArray) -> Surface:
         """Return the surface shifted by ``offset``, shape (3,), model units."""
@@ -144,10 +156,17 @@ def edge_table(triangles: IntArray) -> tuple[IntArray, IntArray]:
     [[2, 1, 0], [3, 4, 2]]
     """
     pairs = np.concatenate([triangles[:, [1, 2]], triangles[:, [2, 0]], triangles[:, [0, 1]]])
-    pairs = np.sort(pairs, axis=1)
     base = int(pairs.max()) + 1 if pairs.size else 1
-    keys, inverse = np.unique(pairs[:, 0] * base + pairs[:, 1], return_inverse=True)
-    edges = np.stack([keys // base, keys % base], axis=1)
+    keys = np.minimum(pairs[:, 0], pairs[:, 1]) * base + np.maximum(pairs[:, 0], pairs[:, 1])
+    # a stable sort uses the runs that a surface's own order has: several times as fast as np.unique there
+    order = np.argsort(keys, kind="stable")
+    ordered = keys[order]
+    new = np.ones(len(keys), dtype=bool)
+    new[1:] = ordered[1:] != ordered[:-1]
+    inverse = np.empty(len(keys), dtype=np.int64)
+    inverse[order] = np.cumsum(new) - 1
+    unique = ordered[new]
+    edges = np.stack([unique // base, unique % base], axis=1)
     return ints(edges, -1, 2), ints(inverse.reshape(3, -1).T)
 
 

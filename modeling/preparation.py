@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from bisect import bisect_left
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,11 +14,14 @@ from graben.modeling.cutting import CutMesh, opened
 from graben.modeling.distance import distances
 from graben.modeling.picks import NodeData, node_data
 from graben.modeling.triangulation import PlanMesh, triangulated
+from graben.proximity import nearest
 from graben.surface import boundary_edges
 from graben.validators.context import Anchoring
 
 #: Where a subdomain has no fixed node, gamma is not reduced below this many steps.
 _LEAST_GAMMA = 2.0
+#: Points that stray from a line by less than this share of their extent lie in it.
+_IN_LINE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,12 +91,14 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
     for label in range(int(labels.max(initial=-1)) + 1):
         mine = labels == label
         names = tuple(model.faults[f].name for f in np.unique(graph.faults[_touching(cut, mine)]))
-        anchor = _anchoring(label, names, mine, unknown, mesh, cut)
+        anchor = _anchoring(label, names, mesh, cut, unknown)
         if not anchor.holds and names:
-            nearest = distance[mine].min(axis=1)
-            gamma = max(nearest.max() / 2, _LEAST_GAMMA * horizon.step)
-            unknown[np.flatnonzero(mine)[nearest > gamma]] = False
-            anchor = _anchoring(label, names, mine, unknown, mesh, cut)
+            away = distance[mine].min(axis=1)
+            gamma = max(away.max() / 2, _LEAST_GAMMA * horizon.step)
+            unknown[np.flatnonzero(mine)[away > gamma]] = False
+            anchor = _anchoring(label, names, mesh, cut, unknown)
+            if not anchor.holds:
+                anchor = replace(anchor, gamma=_holding_gamma(mesh.points[cut.origin[mine]], away))
             if anchor.holds:
                 warnings.append(
                     f"Subdomain {label} lies within gamma of {', '.join(names)} everywhere: "
@@ -133,9 +139,9 @@ def _zones(
         near = np.flatnonzero(
             ((plan >= ends.min(axis=0) - gammas[k]) & (plan <= ends.max(axis=0) + gammas[k])).all(axis=1)
         )
-        away, nearest = distances(plan[near], graph, mine)
+        away, edge = distances(plan[near], graph, mine)
         at = plan[near]
-        a, b = graph.nodes[graph.edges[nearest, 0], :2], graph.nodes[graph.edges[nearest, 1], :2]
+        a, b = graph.nodes[graph.edges[edge, 0], :2], graph.nodes[graph.edges[edge, 1], :2]
         right = (b[:, 0] - a[:, 0]) * (at[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (at[:, 0] - a[:, 0]) < 0
         whole, side = np.full(len(plan), np.inf), np.zeros(len(plan), dtype=np.int64)
         whole[near] = away
@@ -147,12 +153,33 @@ def _zones(
 
 
 def _anchoring(
-    label: int, names: tuple[str, ...], mine: BoolArray, unknown: BoolArray, mesh: PlanMesh, cut: CutMesh
+    label: int, names: tuple[str, ...], mesh: PlanMesh, cut: CutMesh, unknown: BoolArray
 ) -> Anchoring:
-    points = mesh.points[cut.origin[mine]]
-    held = points[~unknown[mine], :2]
-    spread = False
-    if len(held) >= 3:
-        size = np.linalg.svd(held - held.mean(axis=0), compute_uv=False)
-        spread = bool(size[1] > 1e-6 * size[0])
-    return Anchoring(label, names, len(held), spread, points.mean(axis=0))
+    """Return how the subdomain ``label`` is held by its copies that are not unknown, (n,)."""
+    points = mesh.points[cut.origin]
+    held = points[(cut.node_labels == label) & ~unknown]
+    faces = cut.triangles[cut.labels == label]
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    areas = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    middles = (a + b + c) / 3.0
+    place = (areas[:, None] * middles).sum(axis=0) / areas.sum()
+    near = nearest(place[None, :2], points, faces)
+    if near.distance[0] > _IN_LINE * np.ptp(middles[:, :2]):
+        # The middle of a part that bends round another lies in that other.
+        place = middles[near.simplex[0]]
+    return Anchoring(label, names, len(held), _spread(held), place)
+
+
+def _spread(points: FloatArray) -> bool:
+    """Return whether three of the points (n, 3) are not in one line in plan."""
+    if len(points) < 3:
+        return False
+    size = np.linalg.svd(points[:, :2] - points[:, :2].mean(axis=0), compute_uv=False)
+    return bool(size[1] > _IN_LINE * size[0])
+
+
+def _holding_gamma(points: FloatArray, away: FloatArray) -> float:
+    """Return the gamma below which points (n, 3) so far ``away`` (n,) from the cut hold; 0 if none does."""
+    order = np.argsort(-away)
+    count = bisect_left(range(len(points) + 1), True, key=lambda k: _spread(points[order[:k]]))
+    return float(away[order[count - 1]]) if count <= len(points) else 0.0

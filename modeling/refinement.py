@@ -8,14 +8,16 @@ import igl.copyleft.cgal
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.complexes import Complex
+from graben.proximity import box_pairs
 from graben.surface import Surface
 
 #: Intersections that one triangle may have; above it the library would drop the triangle silently.
 _CUTOFF = 1_000_000
+#: Coordinates nearer to 0 are 0: exact arithmetic on numbers such as 1e-308 does not come to an end.
+_NOTHING = 1e-100
 
 
 def refined(surfaces: Sequence[Surface]) -> Complex:
@@ -35,6 +37,7 @@ def refined(surfaces: Sequence[Surface]) -> Complex:
         ``owner`` is the position in ``surfaces``, ``parent`` the triangle there.
     """
     vertices = np.concatenate([s.vertices for s in surfaces] or [np.zeros((0, 3))])
+    vertices = np.where(np.abs(vertices) < _NOTHING, 0.0, vertices)
     starts = np.cumsum([0] + [len(s.vertices) for s in surfaces])
     triangles = np.concatenate(
         [s.triangles + start for s, start in zip(surfaces, starts, strict=False)] or [np.zeros((0, 3), int)]
@@ -62,11 +65,7 @@ def refined(surfaces: Sequence[Surface]) -> Complex:
 
 
 def meeting_triangles(vertices: FloatArray, triangles: IntArray, owner: IntArray) -> BoolArray:
-    """Return which triangles have a bounding box that meets a box of another surface, shape (m,).
-
-    Boxes are compared through the balls around them (a tree of centres, by classes of size), then by
-    their sides.
-    """
+    """Return which triangles have a bounding box that meets a box of another surface, shape (m,)."""
     near = np.zeros(len(triangles), dtype=bool)
     if len(np.unique(owner)) < 2:
         return near
@@ -88,35 +87,6 @@ def meeting_triangles(vertices: FloatArray, triangles: IntArray, owner: IntArray
             near[first[pairs[:, 0]]] = True
             near[second[pairs[:, 1]]] = True
     return near
-
-
-def box_pairs(low_a: FloatArray, high_a: FloatArray, low_b: FloatArray, high_b: FloatArray) -> IntArray:
-    """Return the pairs (i, j) of boxes of two sets that meet, shape (p, 2).
-
-    Sizes may differ by orders of magnitude: the boxes of the second set are put in classes of size, so
-    that each query asks within a radius that suits its class.
-    """
-    found: list[IntArray] = []
-    centre_a, radius_a = (low_a + high_a) / 2, np.linalg.norm(high_a - low_a, axis=1) / 2
-    centre_b, radius_b = (low_b + high_b) / 2, np.linalg.norm(high_b - low_b, axis=1) / 2
-    if len(centre_a) == 0 or len(centre_b) == 0:
-        return np.zeros((0, 2), dtype=np.int64)
-    tiny = np.finfo(float).tiny
-    class_a = np.ceil(np.log2(np.maximum(radius_a, tiny))).astype(int)
-    class_b = np.ceil(np.log2(np.maximum(radius_b, tiny))).astype(int)
-    for ca in np.unique(class_a):
-        ia = np.flatnonzero(class_a == ca)
-        tree_a = cKDTree(centre_a[ia])
-        for cb in np.unique(class_b):
-            ib = np.flatnonzero(class_b == cb)
-            reach = radius_a[ia].max() + radius_b[ib].max()
-            near = tree_a.sparse_distance_matrix(
-                cKDTree(centre_b[ib]), reach * (1 + 1e-9) + tiny, output_type="ndarray"
-            )
-            i, j = ia[near["i"]], ib[near["j"]]
-            meet = (low_a[i] <= high_b[j]).all(axis=1) & (low_b[j] <= high_a[i]).all(axis=1)
-            found.append(np.stack([i[meet], j[meet]], axis=1))
-    return np.concatenate(found).astype(np.int64)
 
 
 def _welded(vertices: FloatArray, triangles: IntArray, owner: IntArray, parent: IntArray) -> Complex:

@@ -96,6 +96,7 @@ def resampled(
             line = trace.points[chain]
             closed = bool(chain[0] == chain[-1])
             ring = closed and index[chain[0]] < 0
+            line = _from_corner(line) if ring else line
             inner = _points_between(line, step, ring, 3 if closed else 1)
             if not closed:
                 inner = _unkinked(line[0], inner, line[-1])
@@ -134,12 +135,29 @@ def _split(chains: list[IntArray], kinds: IntArray) -> list[IntArray]:
 
 
 def _dip_right(chains: list[IntArray], points: FloatArray, direction: FloatArray) -> list[IntArray]:
-    """Return chains turned so that ``direction``, (2,), lies to the right of the way from end to end."""
+    """Return chains turned so that ``direction``, (2,), lies to the right of the way from end to end.
+
+    A closed chain has no such way: it is turned counter-clockwise, the outside to its right.
+    """
     turned = []
     for chain in chains:
-        way = points[chain[-1], :2] - points[chain[0], :2]
-        turned.append(chain[::-1] if way[1] * direction[0] - way[0] * direction[1] < 0 else chain)
+        x, y = points[chain, :2].T
+        right = (y[-1] - y[0]) * direction[0] - (x[-1] - x[0]) * direction[1]
+        if chain[0] == chain[-1]:
+            right = ((x[:-1] - x[0]) * np.diff(y) - (y[:-1] - y[0]) * np.diff(x)).sum()
+        turned.append(chain[::-1] if right < 0 else chain)
     return turned
+
+
+def _from_corner(ring: FloatArray) -> FloatArray:
+    """Return a closed polyline (k, 3) that starts where it turns most in plan, whatever its first point was.
+
+    A ring without a junction has no node of its own to start from; its sharpest corner it should keep.
+    """
+    way = np.diff(ring[:, :2], axis=0)
+    way /= np.maximum(np.hypot(*way.T), np.finfo(float).tiny)[:, None]
+    start = int(np.argmin((way * np.roll(way, 1, axis=0)).sum(axis=1)))
+    return np.concatenate([ring[start:-1], ring[: start + 1]])
 
 
 def _points_between(line: FloatArray, step: float, ring: bool, least: int) -> FloatArray:

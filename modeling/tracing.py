@@ -137,32 +137,38 @@ def _short_branches(trace: Trace, keep: IntArray, step: float, dropped: list[Dro
     """Return the edges of one round of dropping, noting each in ``dropped``.
 
     A branch is a chain of edges of one fault between nodes where faults meet or the trace ends. It is
-    dropped when it joins nothing (at most one end on other faults) and is too short.
+    short when it joins nothing (at most one end on other faults) and is too short. Pieces of which nothing
+    would be left go first: where they go, what they met ends no longer at them, and is no stub.
     """
     edges, faults = trace.edges[keep], trace.faults[keep]
     kinds = node_kinds(len(trace.points), edges, faults, trace.outer, trace.rim[keep])
     junction = kinds == NodeKind.JUNCTION
-    # Edges that meet in a node which is not a junction belong to one branch.
-    ends = np.where(junction[edges], -1, edges)
-    m = len(edges)
-    rows = np.concatenate([np.flatnonzero(ends[:, k] >= 0) for k in (0, 1)])
-    cols = m + np.concatenate([ends[ends[:, k] >= 0, k] for k in (0, 1)])
-    labels = component_labels(m + len(trace.points), np.stack([rows, cols], axis=1))[:m]
+    ends = edges + faults[:, None] * len(trace.points)
+    # Edges of a fault that meet in a node which is not a junction belong to one branch.
+    branch, piece = _joined_edges(np.where(junction[edges], -1, ends)), _joined_edges(ends)
     plan = trace.points[edges]
-    lengths = np.hypot(*(plan[:, 1, :2] - plan[:, 0, :2]).T)
-    gone: list[IntArray] = []
-    for label in np.unique(labels):
-        mine = np.flatnonzero(labels == label)
-        held = np.unique(edges[mine][junction[edges[mine]]])
-        length = float(lengths[mine].sum())
-        limit = (_PIECE if len(held) == 0 else _STUB) * step
-        if len(held) > 1 or length >= limit:
-            continue
-        place = plan[mine].mean(axis=(0, 1))
-        reason = "piece shorter than two steps" if len(held) == 0 else "stub beyond a junction"
-        dropped.append(DroppedTrace(int(faults[mine[0]]), length, place, reason))
-        gone.append(keep[mine])
-    return np.concatenate(gone) if gone else np.zeros(0, dtype=np.int64)
+    lengths = np.bincount(branch, np.hypot(*(plan[:, 1, :2] - plan[:, 0, :2]).T))
+    held = np.unique(np.stack([np.repeat(branch, 2), edges.ravel()], axis=1)[junction[edges.ravel()]], axis=0)
+    holds = np.bincount(held[:, 0], minlength=len(lengths))
+    short = (holds <= 1) & (lengths < np.where(holds == 0, _PIECE, _STUB) * step)
+    whole = np.bincount(piece[~short[branch]], minlength=piece.max(initial=-1) + 1) == 0
+    groups, chosen = (piece, whole) if whole.any() else (branch, short)
+    reason = "piece shorter than two steps" if whole.any() else "stub beyond a junction"
+    gone = np.flatnonzero(chosen[groups])
+    for label in np.unique(groups[gone]):
+        mine = np.flatnonzero(groups == label)
+        length = float(np.hypot(*(plan[mine, 1, :2] - plan[mine, 0, :2]).T).sum())
+        dropped.append(DroppedTrace(int(faults[mine[0]]), length, plan[mine].mean(axis=(0, 1)), reason))
+    return keep[gone]
+
+
+def _joined_edges(ends: IntArray) -> IntArray:
+    """Return a label for each edge, (e,), the same where they have an end (e, 2) in common; -1 joins none."""
+    m = len(ends)
+    edge, column = np.nonzero(ends >= 0)
+    nodes = np.unique(ends[edge, column], return_inverse=True)[1].reshape(-1)
+    labels = component_labels(m + len(nodes), np.stack([edge, m + nodes], axis=1))[:m]
+    return np.asarray(np.unique(labels, return_inverse=True)[1], dtype=np.int64)
 
 
 def _kept(trace: Trace, keep: IntArray) -> Trace:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from graben.complexes import Complex
-from graben.cutgraph import CutGraph, DroppedTrace
-from graben.model import Fault, Horizon, Model
+from graben.model import Fault, GridGeometry, Model
 from graben.surface import Surface
-from tests.zoo_shapes import Case, Fakes
 
 FAR = 5e5
 
@@ -24,6 +20,15 @@ class Motion:
 
     Each point is moved by the same operations whatever its place in an array, so that points equal to
     the bit stay so.
+
+    Parameters
+    ----------
+    angle : float
+        Radians, counter-clockwise.
+    offset : tuple of three float
+        Model units.
+    seed : int
+        Of the shuffles; an odd one also turns every surface over.
     """
 
     angle: float
@@ -44,51 +49,39 @@ class Motion:
         known = (surface.triangles >= 0) & (surface.triangles < n)
         triangles = np.where(known, new[np.where(known, surface.triangles, 0)] if n else 0, surface.triangles)
         triangles = np.array([np.roll(t, rng.integers(3)) for t in rng.permutation(triangles)])
+        triangles = triangles.reshape(-1, 3)
+        if self.seed % 2:
+            triangles = triangles[:, ::-1]
         return Surface(surface.name, self.points(surface.vertices)[order], triangles)
 
-    def complex(self, shape: Complex) -> Complex:
-        order = np.random.default_rng(self.seed).permutation(len(shape.triangles))
-        return Complex(
-            self.points(shape.vertices), shape.triangles[order], shape.owner[order], shape.parent[order]
-        )
-
-    def graph(self, graph: CutGraph) -> CutGraph:
-        order = np.random.default_rng(self.seed).permutation(len(graph.edges))
-        dropped = [DroppedTrace(d.fault, d.length, self.points(d.place)[0], d.reason) for d in graph.dropped]
-        return replace(
-            graph,
-            nodes=self.points(graph.nodes),
-            edges=graph.edges[order],
-            faults=graph.faults[order],
-            dropped=tuple(dropped),
-        )
+    def grid(self, grid: GridGeometry) -> GridGeometry:
+        x, y, _ = (float(c) for c in self.points([*grid.origin, 0.0])[0])
+        return replace(grid, origin=(x, y), rotation=grid.rotation + float(np.degrees(self.angle)))
 
     def model(self, model: Model) -> Model:
         shuffled = np.random.default_rng(self.seed).permutation
         horizons = [
-            Horizon(h.name, self.surface(h.surface), h.step, picks=self.points(shuffled(h.picks)))
+            replace(
+                h,
+                surface=self.surface(h.surface),
+                grid=None if h.grid is None else self.grid(h.grid),
+                picks=self.points(shuffled(h.picks)),
+            )
             for h in model.horizons
         ]
         return replace(
             model,
             horizons=tuple(horizons),
-            faults=tuple(Fault(self.surface(f.surface)) for f in model.faults),
+            faults=tuple(Fault(self.surface(f.surface), f.gamma) for f in model.faults),
         )
 
-    def providers(self, fakes: Fakes, origin) -> Fakes:
-        """The same values moved, in the local frame whose origin is given."""
-        local = replace(self, offset=tuple(np.array(self.offset) - origin))
-        graphs = {k: g if isinstance(g, str) else local.graph(g) for k, g in fakes.graphs.items()}
-        anchors = {
-            k: a if isinstance(a, str) else tuple(replace(r, place=local.points(r.place)[0]) for r in a)
-            for k, a in fakes.anchors.items()
-        }
-        shape = fakes.shape if isinstance(fakes.shape, str) else local.complex(fakes.shape)
-        return Fakes(shape, graphs, anchors)
+
+#: A turn, a shift by numbers that round badly, every order another, every surface turned over.
+NASTY = Motion(0.7, (437211.37, -5211234.91, 812.3), 7)
 
 
 def motions() -> st.SearchStrategy[Motion]:
-    """Rotations by any angle, shifts of up to 500 km, shuffles."""
+    """Rotations by any angle, shifts of up to 500 km, shuffles, surfaces turned over."""
     shift = st.integers(-500, 500).map(lambda k: 1e-3 * FAR * k)
     return st.builds(
         Motion,
@@ -98,16 +91,18 @@ def motions() -> st.SearchStrategy[Motion]:
     )
 
 
-def cases(
-    among: tuple[Case, ...], wanted: Callable[[Case], bool] = lambda _: True
-) -> st.SearchStrategy[Case]:
-    """One of the zoo."""
-    return st.sampled_from([c for c in among if wanted(c)])
-
-
 def nonsense(name: str) -> st.SearchStrategy[Surface]:
     """A surface with any coordinates, NaN and infinite ones too, and any indices."""
     number = st.one_of(st.sampled_from([0.0, 1.0, np.nan, np.inf, -1e300, 1e-300]), st.floats(-1e3, 1e3))
-    vertices = arrays.arrays(np.float64, st.tuples(st.integers(0, 8), st.just(3)), elements=number)
-    triangles = arrays.arrays(np.int64, st.tuples(st.integers(0, 8), st.just(3)), elements=st.integers(-1, 8))
+    return _surfaces(name, number, st.integers(-1, 8))
+
+
+def tangles(name: str) -> st.SearchStrategy[Surface]:
+    """A surface of fit numbers whose triangles lie and meet in any way: few coordinates, many ties."""
+    return _surfaces(name, st.integers(-3, 3).map(lambda k: 50.0 * k), st.integers(0, 7), 8)
+
+
+def _surfaces(name, number, index, least: int = 0) -> st.SearchStrategy[Surface]:
+    vertices = arrays.arrays(np.float64, st.tuples(st.integers(least, 8), st.just(3)), elements=number)
+    triangles = arrays.arrays(np.int64, st.tuples(st.integers(0, 8), st.just(3)), elements=index)
     return st.builds(Surface, st.just(name), vertices, triangles)

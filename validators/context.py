@@ -11,9 +11,13 @@ from typing import Protocol
 from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.complexes import Complex
 from graben.cutgraph import CutGraph
-from graben.finding import Finding
+from graben.finding import Element, Finding, Part
 from graben.model import Fault, Horizon, Model
 from graben.surface import Surface
+from graben.validators.measuring.contacts import Contact
+
+#: Distance over the model's size at which two surfaces touch, and two elevations at a junction agree.
+CONTACT = 1e-6
 
 
 class Need(IntEnum):
@@ -33,6 +37,33 @@ class Severity(Enum):
     WARN = "warn"  #: warns under both
 
 
+class Scope(Enum):
+    """What a failure of a check keeps from being modeled."""
+
+    NOTHING = "nothing"
+    HORIZON = "the horizon"
+    MODEL = "every horizon"
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """The one number of a check that a model may set in [checks].
+
+    Parameters
+    ----------
+    meaning : str
+        What it limits, as in "least angle of a fault's triangle".
+    unit : str
+        "degrees", "model units" or another.
+    default : str
+        Its value where [checks] does not name it, in words.
+    """
+
+    meaning: str
+    unit: str
+    default: str
+
+
 @dataclass(frozen=True, eq=False)
 class Defect:
     """One defect, as a check states it: the runner makes a Finding of it.
@@ -49,10 +80,10 @@ class Defect:
         The worst value and its unit; None where there is no value to name.
     place : (3,) array or None
         Where the worst is, model units.
-    elements, places : arrays
+    elements, element, places, paths, parts
         As in :class:`graben.finding.Finding`.
-    severity : Severity
-        What it means under each profile.
+    severity : Severity or None
+        What it means under each profile; None for the severity of its check.
     blocks : bool
         Whether modeling cannot live with it. With a horizon among the objects it blocks that horizon,
         else every horizon.
@@ -67,7 +98,10 @@ class Defect:
     place: FloatArray | None = None
     elements: IntArray = field(default_factory=lambda: ints([]))
     places: FloatArray = field(default_factory=lambda: floats([], 0, 3))
-    severity: Severity = Severity.FAIL
+    element: Element = Element.NONE
+    paths: tuple[FloatArray, ...] = ()
+    parts: tuple[Part, ...] = ()
+    severity: Severity | None = None
     blocks: bool = False
 
 
@@ -87,6 +121,9 @@ class Anchoring:
         Whether three of them are not in one line.
     place : (3,) array
         A point in it, model units.
+    gamma : float
+        Below this gamma three of its present nodes that are not in one line would be fixed, model units; 0
+        where it holds, and where it has no such three.
     """
 
     subdomain: int
@@ -94,6 +131,7 @@ class Anchoring:
     fixed: int
     spread: bool
     place: FloatArray
+    gamma: float = 0.0
 
     @property
     def holds(self) -> bool:
@@ -124,6 +162,8 @@ class Evidence:
         None where a fault is unfit or the refinement failed.
     graphs, anchors : mappings
         By the horizon's name; a horizon is missing where a check it waits for failed.
+    contacts : tuple of Contact
+        Where faults of the complex meet.
     errors : mapping
         Why something is missing, as the provider put it: by the horizon's name, "" for the complex.
     blocking : tuple of Finding
@@ -135,6 +175,7 @@ class Evidence:
     complex: Complex | None = None
     graphs: Mapping[str, CutGraph] = field(default_factory=lambda: MappingProxyType({}))
     anchors: Mapping[str, tuple[Anchoring, ...]] = field(default_factory=lambda: MappingProxyType({}))
+    contacts: tuple[Contact, ...] = ()
     errors: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     blocking: tuple[Finding, ...] = ()
     horizons: tuple[str, ...] = ()
@@ -162,6 +203,15 @@ class CheckContext:
     model: Model
     sound: frozenset[str] = frozenset()
     evidence: Evidence = Evidence()
+
+    @property
+    def contact(self) -> float:
+        """How far apart two surfaces may be that touch, model units.
+
+        [checks] simplicial-complex, else 1e-6 of the model's size: above the rounding of coordinates written
+        with few decimals or turned about an axis, far below any gap that matters.
+        """
+        return self.tolerance("simplicial-complex", CONTACT * self.model.size)
 
     @property
     def unit(self) -> str:
@@ -209,26 +259,41 @@ class Check:
         Where the paper states it, or the page of this project that does.
     sentence : str
         What it asks for.
+    why : str
+        Why a model needs it: what goes wrong without it, one sentence.
+    run : callable
+        Returns the defects found.
     need : Need
         What it works on: where that is missing it is skipped.
     stage : Need or None
         After what it runs, where that is more than it needs.
     faults_only : bool
         Whether it looks at faults alone.
+    severity : Severity
+        What a defect means under the profiles, unless the defect says otherwise.
+    leniency : str
+        Where `severity` does not hold for every defect: which are milder or graver.
+    scope : Scope
+        What a blocking defect keeps from being modeled.
+    blocks_when : str
+        Which of its defects block, where not all do; empty for all, or where the scope is nothing.
     repairable : bool
         Whether a repair answers it.
-    tolerance : str
-        What its tolerance in [checks] is, with its unit; empty where it has none.
-    run : callable or None
-        Returns the defects found; None for a check that is not part of this version.
+    tolerance : Tolerance or None
+        What [checks] may set.
     """
 
     id: str
     section: str
     sentence: str
+    why: str
+    run: Callable[[CheckContext], list[Defect]]
     need: Need = Need.SURFACES
     stage: Need | None = None
     faults_only: bool = False
+    severity: Severity = Severity.FAIL
+    leniency: str = ""
+    scope: Scope = Scope.NOTHING
+    blocks_when: str = ""
     repairable: bool = False
-    tolerance: str = ""
-    run: Callable[[CheckContext], list[Defect]] | None = None
+    tolerance: Tolerance | None = None

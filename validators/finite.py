@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from graben.arrays import BoolArray, FloatArray, floats, ints
+from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
+from graben.finding import Element
 from graben.model import Horizon
 from graben.surface import Surface
-from graben.validators.context import Check, CheckContext, Defect
-from graben.validators.measures import plural
+from graben.validators.context import Check, CheckContext, Defect, Scope
+from graben.validators.measuring.measures import part_at, plural
 
 #: From here on a coordinate is no place: 1e30 marks what is undefined, and products of more overflow.
 USABLE = 1e20
@@ -33,30 +34,44 @@ def _surface(surface: Surface) -> Defect | None:
     outside = np.flatnonzero(((surface.triangles < 0) | (surface.triangles >= n)).any(axis=1))
     if not len(wrong) and not len(outside):
         return None
+    near = _finite_part(_finite_part(surface.vertices, _around(surface)), _middle(surface.vertices))
     triangles = surface.triangles[outside]
-    corners = triangles[(triangles >= 0) & (triangles < n)]
-    near = _finite_part(surface.vertices, _around(surface))
-    places = _finite_part(near[np.concatenate([wrong, corners])], _middle(surface.vertices))
-    parts = []
+    there = (triangles >= 0) & (triangles < n)
+    corners = np.where(there[:, :, None], near[np.where(there, triangles, 0)] if n else 0.0, 0.0)
+    known = there.sum(axis=1)[:, None]
+    ends = np.where(known > 0, corners.sum(axis=1) / np.maximum(known, 1), _middle(surface.vertices))
+    places = np.concatenate([near[wrong], ends])
+    kinds, parts = [], []
     if len(wrong):
         verb = "has" if len(wrong) == 1 else "have"
-        parts.append(
-            f"{plural(len(wrong), 'vertex', 'vertices')} {verb} a coordinate that is not a finite number"
+        kinds.append(
+            f"{plural(len(wrong), 'vertex', 'vertices')} {verb} a coordinate that is no place (not a number, "
+            "infinite, or a mark for undefined)"
         )
+        parts.append(part_at("vertex that is no place", len(wrong), places[0]))
     if len(outside):
-        parts.append(f"{plural(len(outside), 'triangle')} with a vertex index outside 0 to {n - 1}")
+        verb = "names" if len(outside) == 1 else "name"
+        kinds.append(f"{plural(len(outside), 'triangle')} {verb} a vertex that is not there")
+        parts.append(part_at("triangle without all its vertices", len(outside), ends[0]))
     return Defect(
         (surface.name,),
-        f"In {surface.name}: {' and '.join(parts)}.",
+        f"In {surface.name}: {' and '.join(kinds)}.",
         "Export the surface again, or remove these vertices and triangles from its file.",
         count=len(wrong) + len(outside),
         value=float(len(wrong) + len(outside)),
         unit="elements",
-        place=places[0] if len(places) else None,
-        elements=ints(outside if len(outside) else wrong),
+        place=places[0],
+        elements=ints(_at(surface, wrong, outside) if len(outside) else wrong),
+        element=Element.TRIANGLE if len(outside) else Element.VERTEX,
         places=floats(places, -1, 3),
+        parts=tuple(parts),
         blocks=True,
     )
+
+
+def _at(surface: Surface, vertices: IntArray, triangles: IntArray) -> IntArray:
+    """Return the triangles given and those with a corner among the vertices, in order."""
+    return np.union1d(triangles, np.flatnonzero(np.isin(surface.triangles, vertices).any(axis=1)))
 
 
 def _picks(horizon: Horizon) -> Defect | None:
@@ -68,13 +83,15 @@ def _picks(horizon: Horizon) -> Defect | None:
     verb = "has" if len(wrong) == 1 else "have"
     return Defect(
         (horizon.name,),
-        f"{plural(len(wrong), 'point')} of {horizon.name} {verb} a coordinate that is not a finite number.",
+        f"{plural(len(wrong), 'point')} of {horizon.name} {verb} a coordinate that is no place (not a "
+        "number, infinite, or a mark for undefined).",
         "Remove these points from the horizon's file.",
         count=len(wrong),
         value=float(len(wrong)),
         unit="points",
-        place=places[0] if len(places) else None,
+        place=places[0],
         elements=ints(wrong),
+        element=Element.PICK,
         places=floats(places, -1, 3),
         blocks=True,
     )
@@ -111,5 +128,8 @@ CHECK = Check(
     "finite",
     "3",
     "Coordinates are finite numbers and vertex indices are in range.",
-    run=_run,
+    "A coordinate that is no number poisons every sum it enters, so nothing further can be said of the "
+    "surface.",
+    _run,
+    scope=Scope.MODEL,
 )

@@ -2,61 +2,76 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import combinations
 
 import numpy as np
 
-from graben.arrays import floats, ints
+from graben.arrays import IntArray, floats, ints
 from graben.cutgraph import CutGraph
-from graben.validators.context import Check, CheckContext, Defect, Need
-from graben.validators.measures import plural
+from graben.finding import Element
+from graben.validators.context import Check, CheckContext, Defect, Need, Scope
+from graben.validators.measuring.measures import amount, plural
+from graben.validators.measuring.trace_measures import pieces
 
 
 def _run(context: CheckContext) -> list[Defect]:
     names = [f.name for f in context.model.faults]
-    return [d for h, graph in context.traced() for d in _shared(graph, h.name, names, context.unit)]
-
-
-def _shared(graph: CutGraph, horizon: str, names: list[str], unit: str) -> list[Defect]:
-    """Return, for each pair of faults, the edges of the cut graph that belong to both."""
-    rows = np.unique(np.concatenate([np.sort(graph.edges, axis=1), graph.faults[:, None]], axis=1), axis=0)
-    edges, group = np.unique(rows[:, :2], axis=0, return_inverse=True)
-    group = group.reshape(-1)
-    pairs: dict[tuple[int, int], list[int]] = {}
-    for g in np.flatnonzero(np.bincount(group, minlength=len(edges)) > 1):
-        owners = rows[group == g, 2].tolist()
-        for a, b in pairwise(owners):
-            pairs.setdefault((a, b), []).append(int(g))
     return [
-        _defect(graph, edges[which], (horizon, names[a], names[b]), unit) for (a, b), which in pairs.items()
+        _defect(graph, edges, (h.name, names[i], names[j]), context.unit)
+        for h, graph in context.traced()
+        for (i, j), edges in common_edges(graph).items()
     ]
 
 
-def _defect(
-    graph: CutGraph, edges: np.typing.NDArray[np.int64], objects: tuple[str, str, str], unit: str
-) -> Defect:
-    ends = graph.nodes[edges]
-    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    places = ends.mean(axis=1)
+def common_edges(graph: CutGraph) -> dict[tuple[int, int], IntArray]:
+    """Return for each pair of faults that share edges of a cut graph these edges, by index in the first."""
+    which = np.unique(np.sort(graph.edges, axis=1), axis=0, return_inverse=True)[1].reshape(-1)
+    shared = np.flatnonzero(np.bincount(which, minlength=1)[which] > 1) if len(which) else which
+    found: dict[tuple[int, int], list[int]] = {}
+    for group in np.unique(which[shared]):
+        same = shared[which[shared] == group]
+        owners = sorted({int(graph.faults[e]): int(e) for e in same}.items())
+        for (i, edge), (j, _) in combinations(owners, 2):
+            found.setdefault((i, j), []).append(edge)
+    return {pair: ints(found[pair]) for pair in sorted(found)}
+
+
+def _defect(graph: CutGraph, edges: IntArray, objects: tuple[str, str, str], unit: str) -> Defect:
+    """Return the stretches along which two faults run together on a horizon."""
+    stretches = pieces(graph, edges)
+    total = sum(stretch.length for stretch in stretches)
+    over = amount(total, unit)
+    where = f", in {plural(len(stretches), 'stretch', 'stretches')}" if len(stretches) > 1 else ""
     return Defect(
         objects,
-        f"{objects[1]} and {objects[2]} run together on {objects[0]} along {plural(len(edges), 'edge')}.",
+        f"{objects[1]} and {objects[2]} run together on {objects[0]} over {over}{where}.",
         "Let the two faults cross at an angle, or end one at the other.",
-        count=len(edges),
-        value=float(lengths.sum()),
+        count=len(stretches),
+        value=total,
         unit=unit,
-        place=places[np.argmax(lengths)],
-        elements=ints(np.unique(edges)),
-        places=floats(places, -1, 3),
+        place=stretches[0].middle,
+        elements=_ends(graph.edges[edges]),
+        element=Element.NODE,
+        places=floats([stretch.middle for stretch in stretches], -1, 3),
+        paths=tuple(path for stretch in stretches for path in stretch.paths),
+        parts=tuple(stretch.part("common stretch", unit) for stretch in stretches),
         blocks=True,
     )
+
+
+def _ends(edges: IntArray) -> IntArray:
+    """Return the nodes at which stretches of edges (e, 2) begin, end or branch."""
+    nodes, count = np.unique(edges, return_counts=True)
+    return ints(nodes[count != 2])
 
 
 CHECK = Check(
     "junction",
     "3.2, condition 4",
     "Two faults meet on a horizon in points only.",
+    "Along an edge that two faults share a cut node would have to lie on both at once while it moves.",
+    _run,
     need=Need.GRAPH,
+    scope=Scope.HORIZON,
     repairable=True,
-    run=_run,
 )

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from graben.arrays import IntArray, floats, ints
-from graben.surface import Surface, edge_sharing, edge_table
-from graben.validators.context import Check, CheckContext, Defect
-from graben.validators.measures import components, plural, with_three_corners
+from graben.finding import Element
+from graben.surface import Surface
+from graben.validators.context import Check, CheckContext, Defect, Scope
+from graben.validators.measuring.measures import Mesh, components, mesh_of, part_at, plural
 
 
 def _run(context: CheckContext) -> list[Defect]:
@@ -16,56 +17,69 @@ def _run(context: CheckContext) -> list[Defect]:
 
 def _surface(surface: Surface) -> Defect | None:
     """Return the edges with more than two triangles and the vertices with more than one fan."""
-    kept = with_three_corners(surface)
-    triangles = surface.triangles[kept]
+    mesh = mesh_of(surface)
+    kept, triangles, edges, sides, sharing = mesh.kept, mesh.triangles, mesh.edges, mesh.sides, mesh.sharing
     if not len(triangles):
         return None
-    edges, sides = edge_table(ints(triangles))
-    sharing = edge_sharing(sides, len(edges))
     crowded = np.flatnonzero(sharing > 2)
-    pinched = np.setdiff1d(_pinched(triangles, edges, sides), edges[crowded])
+    pinched = np.setdiff1d(_pinched(mesh), edges[crowded])
     if not len(crowded) and not len(pinched):
         return None
     middles = surface.vertices[edges[crowded]].mean(axis=1).reshape(-1, 3)
-    places = np.concatenate([middles, surface.vertices[pinched]])
-    touched = np.isin(sides, crowded).any(axis=1) | np.isin(triangles, pinched).any(axis=1)
-    parts = []
-    if len(crowded):
-        parts.append(f"{plural(len(crowded), 'edge')} with more than two triangles")
-    if len(pinched):
-        parts.append(f"{plural(len(pinched), 'vertex', 'vertices')} where parts touch in a point")
+    points = surface.vertices[pinched]
     worst = int(np.argmax(sharing[crowded])) if len(crowded) else 0
+    touched = np.isin(sides, crowded).any(axis=1) | np.isin(triangles, pinched).any(axis=1)
+    kinds, parts = [], []
+    if len(crowded):
+        most = float(sharing[crowded].max())
+        kinds.append(f"{plural(len(crowded), 'edge')} with more than two triangles")
+        parts.append(
+            part_at("edge with more than two triangles", len(crowded), middles[worst], most, "triangles")
+        )
+    if len(pinched):
+        kinds.append(f"{plural(len(pinched), 'vertex', 'vertices')} where parts touch in a point")
+        parts.append(part_at("vertex where parts touch", len(pinched), points[0]))
+    places = np.concatenate([middles, points])
     return Defect(
         (surface.name,),
-        f"{surface.name} has {' and '.join(parts)}.",
+        f"{surface.name} has {' and '.join(kinds)}.",
         "Split the surface there: take the extra sheet away, or give each part its own vertex.",
         count=len(crowded) + len(pinched),
         value=float(sharing[crowded].max()) if len(crowded) else float(len(pinched)),
         unit="triangles at an edge" if len(crowded) else "vertices",
         place=places[worst],
         elements=ints(kept[touched]),
+        element=Element.TRIANGLE,
         places=floats(places, -1, 3),
+        parts=tuple(parts),
         blocks=bool(len(crowded)),
     )
 
 
-def _pinched(triangles: IntArray, edges: IntArray, sides: IntArray) -> IntArray:
-    """Return the vertices whose triangles form more than one fan, joined through edges at the vertex."""
-    m = len(triangles)
-    corners = np.repeat(np.arange(3 * m), 2)
-    # two corners at one vertex are neighbours in its fan when their triangles share an edge that ends
-    # there: corner k of a triangle ends its sides k + 1 and k + 2
-    around = np.stack([np.roll(sides, -1, axis=1), np.roll(sides, -2, axis=1)], axis=2).reshape(-1)
-    end = 2 * around + (edges[around, 1] == np.repeat(triangles.reshape(-1), 2))
-    labels = components(3 * m + 2 * len(edges), np.stack([corners, 3 * m + end], axis=1))[: 3 * m]
-    first = np.unique(labels, return_index=True)[1]
-    return np.asarray(np.flatnonzero(np.bincount(triangles.reshape(-1)[first]) > 1), dtype=np.int64)
+def _pinched(mesh: Mesh) -> IntArray:
+    """Return the vertices whose triangles form more than one fan, joined through edges at the vertex.
+
+    Edges with more than two triangles join nothing here; their ends are no matter of this.
+    """
+    first, second = mesh.joints.T
+    # the side opposite to corner k runs from corner k + 1 to k + 2, and its neighbour the other way
+    start, end = (first // 3 * 3 + (first % 3 + step) % 3 for step in (1, 2))
+    other = [second // 3 * 3 + (second % 3 + step) % 3 for step in (1, 2)]
+    turned = mesh.triangles.ravel()[start] == mesh.triangles.ravel()[other[0]]
+    at_start, at_end = np.where(turned, other[0], other[1]), np.where(turned, other[1], other[0])
+    steps = np.stack([np.concatenate([start, end]), np.concatenate([at_start, at_end])], axis=1)
+    labels = components(mesh.triangles.size, steps)
+    one_of_each = np.unique(labels, return_index=True)[1]
+    return np.asarray(np.flatnonzero(np.bincount(mesh.triangles.ravel()[one_of_each]) > 1), dtype=np.int64)
 
 
 CHECK = Check(
     "manifold",
     "3",
     "Edges have one or two triangles, and the triangles around a vertex form one fan.",
+    "Where three sheets meet in an edge a surface has no two sides, so neither lip of a cut is defined.",
+    _run,
+    scope=Scope.MODEL,
+    blocks_when="edges with three triangles or more",
     repairable=True,
-    run=_run,
 )

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from graben.arrays import floats, ints
-from graben.surface import Surface, edge_sharing, edge_table
+from graben.finding import Element
+from graben.surface import Surface, chained
 from graben.validators.context import Check, CheckContext, Defect
-from graben.validators.measures import plural, with_three_corners
+from graben.validators.measuring.measures import Mesh, mesh_of, plural
+from graben.validators.measuring.plan import orientation
 
 
 def _run(context: CheckContext) -> list[Defect]:
@@ -16,30 +18,42 @@ def _run(context: CheckContext) -> list[Defect]:
 
 def _surface(surface: Surface, unit: str) -> Defect | None:
     """Return the edges that their two triangles run through in the same direction."""
-    kept = with_three_corners(surface)
-    triangles = surface.triangles[kept]
-    if not len(triangles):
+    mesh = mesh_of(surface)
+    if not len(mesh.triangles):
         return None
-    edges, sides = edge_table(ints(triangles))
-    upward = triangles[:, [1, 2, 0]] < triangles[:, [2, 0, 1]]
-    balance = np.bincount(sides.ravel(), np.where(upward, 1.0, -1.0).ravel(), minlength=len(edges))
-    bad = np.flatnonzero((edge_sharing(sides, len(edges)) == 2) & (balance != 0))
+    balance = np.bincount(mesh.sides.ravel(), np.where(mesh.upward, 1.0, -1.0).ravel())
+    bad = np.flatnonzero((mesh.sharing == 2) & (balance != 0))
     if not len(bad):
         return None
-    ends = surface.vertices[edges[bad]]
+    ends = surface.vertices[mesh.edges[bad]]
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     places = ends.mean(axis=1)
-    touched = np.isin(sides, bad).any(axis=1)
     return Defect(
         (surface.name,),
-        f"The triangles at {plural(len(bad), 'edge')} of {surface.name} turn in opposite ways.",
+        _message(surface.name, mesh, len(bad)),
         "Turn the triangles so that all normals point to one side; cut it where there is no such way.",
         count=len(bad),
         value=float(lengths.max()),
         unit=unit,
         place=places[np.argmax(lengths)],
-        elements=ints(kept[touched]),
+        elements=ints(mesh.kept[np.isin(mesh.sides, bad).any(axis=1)]),
+        element=Element.TRIANGLE,
         places=floats(places, -1, 3),
+        paths=tuple(floats(surface.vertices[chain]) for chain in chained(mesh.edges[bad])),
+    )
+
+
+def _message(name: str, mesh: Mesh, edges: int) -> str:
+    """Return how many triangles face the other way than most of their piece, where there is a way to tell."""
+    signs, part = orientation(mesh)
+    fewer = np.minimum(np.bincount(part, signs > 0), np.bincount(part, signs < 0))
+    turned = int(fewer.sum())
+    if not turned:
+        return f"{name} has one side only: its triangles cannot be turned so that all agree."
+    verb = "faces" if turned == 1 else "face"
+    return (
+        f"{plural(turned, 'triangle')} of {name} {verb} the other way than the rest, along "
+        f"{plural(edges, 'edge')}."
     )
 
 
@@ -47,6 +61,7 @@ CHECK = Check(
     "oriented",
     "3",
     "The triangles of a surface are oriented consistently.",
+    "Which lip is the hanging wall is read from the side to which triangles face.",
+    _run,
     repairable=True,
-    run=_run,
 )

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from types import MappingProxyType
 
-import numpy as np
-
-from graben.arrays import FloatArray, floats
+from graben.arrays import FloatArray
 from graben.complexes import Complex
 from graben.cutgraph import CutGraph
 from graben.errors import ModelingError
@@ -23,6 +21,7 @@ from graben.validators.context import (
     Providers,
     Severity,
 )
+from graben.validators.measuring.contacts import contacts
 from graben.validators.registry import CHECKS
 
 
@@ -54,7 +53,7 @@ def run_checks(model: Model, profile: Profile, providers: Providers) -> tuple[Ch
     for need in Need:
         context = _supplied(context, providers, need)
         for check in CHECKS:
-            if (check.stage or check.need) is need and check.run is not None:
+            if (check.stage or check.need) is need:
                 said[check.id], blocking = _findings(check, context, profile)
                 evidence = context.evidence
                 context = replace(context, evidence=replace(evidence, blocking=evidence.blocking + blocking))
@@ -71,15 +70,7 @@ def run_checks(model: Model, profile: Profile, providers: Providers) -> tuple[Ch
 
 def shifted(result: CheckResult, offset: FloatArray) -> CheckResult:
     """Return the result with all places moved by ``offset``, shape (3,), model units."""
-    return replace(result, findings=tuple(_moved(f, offset) for f in result.findings))
-
-
-def _moved(finding: Finding, offset: FloatArray) -> Finding:
-    worst = finding.worst
-    if worst is not None:
-        x, y, z = (float(c) for c in np.array([worst.x, worst.y, worst.z]) + offset)
-        worst = replace(worst, x=x, y=y, z=z)
-    return replace(finding, worst=worst, places=floats(finding.places + offset))
+    return replace(result, findings=tuple(f.moved(offset) for f in result.findings))
 
 
 def _supplied(context: CheckContext, providers: Providers, need: Need) -> CheckContext:
@@ -93,7 +84,9 @@ def _supplied(context: CheckContext, providers: Providers, need: Need) -> CheckC
                 shape = providers.complex(model)
             except ModelingError as error:
                 errors[""] = str(error)
-        return replace(context, evidence=replace(evidence, complex=shape, errors=MappingProxyType(errors)))
+        met = () if shape is None else contacts([f.surface for f in model.faults], shape, context.contact)
+        evidence = replace(evidence, complex=shape, contacts=met, errors=MappingProxyType(errors))
+        return replace(context, evidence=evidence)
     graphs: dict[str, CutGraph] = dict(evidence.graphs)
     anchors: dict[str, tuple[Anchoring, ...]] = dict(evidence.anchors)
     if need in (Need.GRAPH, Need.ANCHORS) and evidence.complex is not None:
@@ -120,16 +113,14 @@ def _findings(
     check: Check, context: CheckContext, profile: Profile
 ) -> tuple[list[Finding], tuple[Finding, ...]]:
     """Return the findings of a check, and those of them that block modeling."""
-    assert check.run is not None
     defects = check.run(context)
     findings = [_finding(check, d, profile) for d in defects]
     return findings, tuple(f for f, d in zip(findings, defects, strict=True) if d.blocks)
 
 
 def _finding(check: Check, defect: Defect, profile: Profile) -> Finding:
-    warns = defect.severity is Severity.WARN or (
-        defect.severity is Severity.RELAXED and profile is Profile.EXTENDED
-    )
+    severity = defect.severity or check.severity
+    warns = severity is Severity.WARN or (severity is Severity.RELAXED and profile is Profile.EXTENDED)
     worst = None
     if defect.value is not None and defect.place is not None:
         x, y, z = (float(c) for c in defect.place)
@@ -145,6 +136,9 @@ def _finding(check: Check, defect: Defect, profile: Profile) -> Finding:
         check.repairable,
         defect.elements,
         defect.places,
+        defect.element,
+        defect.paths,
+        defect.parts,
     )
 
 
@@ -158,11 +152,11 @@ def _empty(check: Check, context: CheckContext) -> Finding:
 
 def _waits_for(check: Check, context: CheckContext) -> str:
     """Return why a check could not look at everything; empty where it could."""
-    if check.run is None:
-        return "This check is not part of this version."
     if check.id == "finite":
         return ""
     evidence, model = context.evidence, context.model
+    if check.need >= Need.GRAPH and not model.horizons:
+        return "Waits for a horizon: the model has none."
     missing: list[str] = []
     if check.need is Need.SURFACES:
         looked_at = [f.surface for f in model.faults] if check.faults_only else model.surfaces

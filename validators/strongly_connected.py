@@ -4,52 +4,78 @@ from __future__ import annotations
 
 import numpy as np
 
-from graben.arrays import floats, ints
-from graben.surface import Surface, strong_components, triangle_areas
+from graben.arrays import FloatArray, IntArray, floats, ints
+from graben.finding import Element
+from graben.surface import Surface
 from graben.validators.context import Check, CheckContext, Defect
-from graben.validators.measures import centroids, with_three_corners
+from graben.validators.measuring.measures import (
+    areas_of,
+    centroids,
+    components,
+    inner_points,
+    largest_parts,
+    percent,
+    welded_mesh_of,
+)
+
+#: Share of the largest area by which another piece may be smaller and count as large.
+AS_LARGE = 1e-9
 
 
 def _run(context: CheckContext) -> list[Defect]:
-    return [d for d in (_fault(f.surface) for f in context.faults) if d is not None]
+    return [d for d in (_fault(f.surface, context.unit) for f in context.faults) if d is not None]
 
 
-def _fault(surface: Surface) -> Defect | None:
-    """Return the triangles outside the largest component."""
-    kept = with_three_corners(surface)
-    if not len(kept):
+def _fault(surface: Surface, unit: str) -> Defect | None:
+    """Return the triangles outside the largest component.
+
+    Vertices at one place count as one: a crack between them is a matter of `duplicate`.
+    """
+    mesh = welded_mesh_of(surface)
+    m = len(mesh.triangles)
+    # two triangles are joined through the edge that they share
+    steps = np.stack([np.repeat(np.arange(m), 3), m + mesh.sides.ravel()], axis=1)
+    labels = components(m + len(mesh.edges), steps)[:m]
+    count = int(labels.max(initial=0)) + 1
+    if count == 1:
         return None
-    labels = strong_components(ints(surface.triangles[kept]))
-    pieces = int(labels.max()) + 1
-    if pieces == 1:
-        return None
-    areas = np.bincount(labels, triangle_areas(surface.vertices, surface.triangles[kept]))
-    loose = np.flatnonzero(labels != np.argmax(areas))
-    # one place for each loose component: the triangle of it next to its middle
-    middles = centroids(surface.vertices, surface.triangles[kept[loose]])
-    parts, part = np.unique(labels[loose], return_inverse=True)
-    size = np.bincount(part)
-    mean = np.stack([np.bincount(part, middles[:, k]) / size for k in range(3)], axis=1)
-    order = np.lexsort((np.linalg.norm(middles - mean[part], axis=1), part))
-    places = middles[order[np.concatenate([[0], np.cumsum(size)[:-1]])]]
+    middles = centroids(surface.vertices, mesh.triangles)
+    areas = floats(np.bincount(labels, areas_of(surface)[mesh.kept]))
+    loose = np.delete(np.arange(count), _main(labels, areas, middles[:, 2]))
+    inner = inner_points(middles, labels)[loose]
+    outside = np.isin(labels, loose)
+    share = percent(areas[loose].sum(), areas.sum())
     return Defect(
         (surface.name,),
-        f"{surface.name} consists of {pieces} pieces that share no edge.",
+        f"{surface.name} consists of {count} pieces that share no edge; {share} of its area lies "
+        "outside the largest.",
         "Join the pieces along their edges, or give each as a fault of its own.",
-        count=pieces - 1,
-        value=float(pieces),
+        count=count - 1,
+        value=float(count),
         unit="pieces",
-        place=places[np.argmax(areas[parts])],
-        elements=ints(kept[loose]),
-        places=floats(places, -1, 3),
+        place=inner[np.argmax(areas[loose])],
+        elements=ints(mesh.kept[outside]),
+        element=Element.TRIANGLE,
+        places=floats(middles[outside], -1, 3),
+        parts=largest_parts(
+            "loose piece", areas[loose], np.bincount(labels)[loose], inner, f"{unit}²" if unit else ""
+        ),
     )
+
+
+def _main(labels: IntArray, areas: FloatArray, heights: FloatArray) -> int:
+    """Return the largest component; of several as large the one that lies highest."""
+    largest = areas >= areas.max() * (1.0 - AS_LARGE)
+    level = np.bincount(labels, heights) / np.bincount(labels)
+    return int(np.argmax(np.where(largest, level, -np.inf)))
 
 
 CHECK = Check(
     "strongly-connected",
     "3.1",
     "Each fault is one strongly connected component.",
+    "A cut node moves along its fault from triangle to triangle and cannot leap to another part.",
+    _run,
     faults_only=True,
     repairable=True,
-    run=_run,
 )

@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.cutgraph import CutGraph, NodeKind
+from graben.finding import Element, Part
 from graben.model import Horizon
+from graben.proximity import nearest
 from graben.surface import Surface
-from graben.validators.context import Check, CheckContext, Defect, Need, Severity
-from graben.validators.measures import components, plural
+from graben.validators.context import Check, CheckContext, Defect, Need, Scope, Severity
+from graben.validators.measuring.measures import amount, plural
+from graben.validators.measuring.trace_measures import (
+    Goal,
+    LooseEnd,
+    gaps_between,
+    loose_ends,
+    outline,
+    pieces_of,
+)
 
 
 def _run(context: CheckContext) -> list[Defect]:
@@ -22,14 +34,27 @@ def _run(context: CheckContext) -> list[Defect]:
         idle = [f.surface for k, f in enumerate(context.model.faults) if k not in cutting]
         found += [_idle(surface, [h.surface for h, _ in traced], context.unit) for surface in idle]
     for horizon, graph in traced:
+        ends = np.isin(graph.kinds, (NodeKind.EXIT, NodeKind.LOOSE)).any()
+        parts = outline(horizon.surface) if ends else []
         for k, fault in enumerate(context.model.faults):
             objects = (horizon.name, fault.name)
-            said = [judge(graph, k, objects, context.unit) for judge in (_loose, _pieces, _dropped)]
+            said = [_loose(context, horizon, graph, k, parts)]
+            said += [judge(graph, k, objects, context.unit) for judge in (_pieces, _dropped)]
             defects = [d for d in said if d is not None]
             if defects:
-                # the gravest first: it gives the finding its place, the others add their sentence
-                found.append(replace(defects[0], message=" ".join(d.message for d in defects)))
+                found.append(_together(defects))
     return found
+
+
+def _together(defects: list[Defect]) -> Defect:
+    """Return one defect of several of a trace: the gravest, first, gives it its place."""
+    return replace(
+        defects[0],
+        message=" ".join(d.message for d in defects),
+        places=floats(np.concatenate([d.places for d in defects])),
+        paths=tuple(path for d in defects for path in d.paths),
+        parts=tuple(part for d in defects for part in d.parts),
+    )
 
 
 def _met(graph: CutGraph) -> IntArray:
@@ -43,24 +68,35 @@ def _idle(fault: Surface, horizons: list[Surface], unit: str) -> Defect:
     low, high = fault.vertices.min(axis=0), fault.vertices.max(axis=0)
     apart = np.maximum(np.maximum(points.min(axis=0) - high, low - points.max(axis=0)), 0.0)
     beside = float(np.hypot(apart[0], apart[1]))
-    length = f" {unit}" if unit else ""
+    value, place = float(np.linalg.norm(apart)), fault.vertices.mean(axis=0)
     if beside > 0:
-        why = f"it lies {beside:.4g}{length} beside them in plan"
+        why = f"it lies {amount(beside, unit)} beside them in plan"
     elif apart[2] > 0:
         where = "above" if low[2] > points[:, 2].max() else "below"
-        why = f"it lies {apart[2]:.4g}{length} {where} them"
+        why = f"it lies {amount(float(apart[2]), unit)} {where} them"
     else:
-        why = "it ends before it reaches one"
+        value, place = min((_between(fault, horizon) for horizon in horizons), key=lambda near: near[0])
+        why = f"it ends {amount(value, unit)} before it reaches one"
     return Defect(
         (fault.name,),
         f"{fault.name} cuts no horizon: {why}.",
         "Check the sign of z, the unit and the coordinates of both, or leave the fault out.",
-        value=float(np.linalg.norm(apart)),
+        value=value,
         unit=unit,
-        place=floats(fault.vertices.mean(axis=0)),
-        places=floats(fault.vertices.mean(axis=0), 1, 3),
+        place=floats(place),
+        places=floats(place, 1, 3),
         severity=Severity.WARN,
     )
+
+
+def _between(fault: Surface, horizon: Surface) -> tuple[float, FloatArray]:
+    """Return the least distance of a vertex of one from the other, and its place on the fault."""
+    down = nearest(fault.vertices, horizon.vertices, horizon.triangles)
+    across = nearest(horizon.vertices, fault.vertices, fault.triangles)
+    a, b = int(np.argmin(down.distance)), int(np.argmin(across.distance))
+    if down.distance[a] <= across.distance[b]:
+        return float(down.distance[a]), fault.vertices[a]
+    return float(across.distance[b]), across.place[b]
 
 
 def _untraced(context: CheckContext, horizon: Horizon) -> bool:
@@ -76,63 +112,80 @@ def _failed(horizon: Horizon, reason: str) -> Defect:
     )
 
 
-def _loose(graph: CutGraph, fault: int, objects: tuple[str, str], unit: str) -> Defect | None:
+def _loose(
+    context: CheckContext, horizon: Horizon, graph: CutGraph, fault: int, parts: Sequence[Any]
+) -> Defect | None:
     """Return the ends of a trace that lie on no rim, no other fault and not on the outer boundary."""
-    nodes = np.unique(graph.edges[graph.faults == fault])
-    ends = nodes[graph.kinds[nodes] == NodeKind.LOOSE]
-    if not len(ends):
+    surfaces = [f.surface for f in context.model.faults]
+    ends = loose_ends(horizon, graph, fault, surfaces, parts)
+    if not ends:
         return None
-    places = graph.nodes[ends]
-    verb = "ends" if len(ends) == 1 else "end"
+    objects = (horizon.name, surfaces[fault].name)
+    worst = max(ends, key=lambda end: end.distance)
+    places = graph.nodes[[end.node for end in ends]]
+    where = "at a hole of the horizon" if worst.at_hole else "within the horizon"
+    title = "The trace" if len(ends) == 1 else f"{plural(len(ends), 'end')} of the trace"
+    verb = "ends" if len(ends) == 1 else "lie"
+    farthest = "" if len(ends) == 1 else ", the farthest"
     return Defect(
         objects,
-        f"{plural(len(ends), 'end')} of the trace of {objects[1]} on {objects[0]} {verb} neither at the "
-        "fault's rim nor at another fault or the horizon's boundary.",
-        "Extend the fault or close the hole of the horizon there.",
+        f"{title} of {objects[1]} on {objects[0]} {verb} {where}{farthest} "
+        f"{amount(worst.distance, context.unit)} short of {worst.goal.value}{worst.name}.",
+        "Close the hole of the horizon there, or extend the fault." if worst.at_hole else "Extend the fault.",
         count=len(ends),
-        value=float(len(ends)),
-        unit="ends",
-        place=places[0],
-        elements=ints(ends),
+        value=worst.distance,
+        unit=context.unit,
+        place=graph.nodes[worst.node],
+        elements=ints([end.node for end in ends]),
+        element=Element.NODE,
         places=floats(places, -1, 3),
-        blocks=True,
+        parts=tuple(
+            Part("loose end", 1, _xyz(place), end.distance, context.unit, _about(end, objects))
+            for end, place in zip(ends, places, strict=True)
+        ),
+        blocks=not all(end.at_hole for end in ends),
     )
+
+
+def _about(end: LooseEnd, objects: tuple[str, str]) -> tuple[str, ...]:
+    """Return the horizon, the fault and, where an end falls short of it, the other fault."""
+    return (*objects, end.name) if end.goal is Goal.FAULT else objects
+
+
+def _xyz(place: FloatArray) -> tuple[float, float, float]:
+    x, y, z = (float(c) for c in place)
+    return x, y, z
 
 
 def _pieces(graph: CutGraph, fault: int, objects: tuple[str, str], unit: str) -> Defect | None:
-    """Return the pieces of a trace other than the longest."""
-    edges = graph.edges[graph.faults == fault]
-    if not len(edges):
+    """Return the pieces of a trace other than the longest, with the gaps between all."""
+    pieces = pieces_of(graph, fault)
+    if len(pieces) < 2:
         return None
-    nodes, local = np.unique(edges, return_inverse=True)
-    local = local.reshape(-1, 2)
-    labels = components(len(nodes), local)[local[:, 0]]
-    pieces = int(labels.max()) + 1
-    if pieces == 1:
-        return None
-    ends = graph.nodes[edges]
-    lengths = np.linalg.norm(ends[:, 1, :2] - ends[:, 0, :2], axis=1)
-    total = np.bincount(labels, lengths)
-    rest = np.argsort(-total, kind="stable")[1:]
-    places = np.stack([_middle(ends[labels == k]) for k in rest])
+    gaps = gaps_between(pieces)
+    apart = [amount(gap.width, unit) for gap in (gaps if len(gaps) < 2 else (gaps[0], gaps[-1]))]
+    long = [amount(piece.length, unit) for piece in pieces[:2]]
+    of = f"of {' and '.join(long)}" if len(pieces) == 2 else f"the longest of {' and '.join(long)}"
+    rest = pieces[1:]
     return Defect(
         objects,
-        f"The trace of {objects[1]} on {objects[0]} is in {pieces} pieces.",
+        f"The trace of {objects[1]} on {objects[0]} is in {len(pieces)} pieces, {of}, "
+        f"{' to '.join(apart)} apart.",
         "Look whether the fault or the horizon has a hole between the pieces, or name the pieces as faults.",
-        count=pieces - 1,
-        value=float(total[rest[0]]),
+        count=len(rest),
+        value=rest[0].length,
         unit=unit,
-        place=places[0],
-        elements=ints(np.flatnonzero(graph.faults == fault)[np.isin(labels, rest)]),
-        places=floats(places, -1, 3),
+        place=rest[0].middle,
+        elements=ints(np.concatenate([piece.edges for piece in rest])),
+        element=Element.EDGE,
+        places=floats([piece.middle for piece in rest], -1, 3),
+        paths=tuple(path for piece in pieces for path in piece.paths),
+        parts=(
+            *(piece.part("piece", unit) for piece in pieces),
+            *(Part("gap", 1, _xyz(g.place), g.width, unit) for g in gaps),
+        ),
         severity=Severity.RELAXED,
     )
-
-
-def _middle(ends: FloatArray) -> FloatArray:
-    """Return the middle of the edge (e, 2, 3) that is nearest to the middle of all."""
-    middles = ends.mean(axis=1)
-    return np.asarray(middles[np.argmin(np.linalg.norm(middles - middles.mean(axis=0), axis=1))])
 
 
 def _dropped(graph: CutGraph, fault: int, objects: tuple[str, str], unit: str) -> Defect | None:
@@ -151,6 +204,7 @@ def _dropped(graph: CutGraph, fault: int, objects: tuple[str, str], unit: str) -
         unit=unit,
         place=floats(longest.place),
         places=floats([d.place for d in pieces], -1, 3),
+        parts=tuple(Part(d.reason, 1, _xyz(d.place), float(d.length), unit) for d in pieces),
         severity=Severity.WARN,
     )
 
@@ -159,6 +213,13 @@ CHECK = Check(
     "trace",
     "3.2, condition 3",
     "The trace of each fault on each horizon is one polyline that ends at a rim, a fault or the boundary.",
+    "The horizon is cut along the trace: an end that lies nowhere has no guide to move along.",
+    _run,
     need=Need.GRAPH,
-    run=_run,
+    leniency=(
+        "several pieces only warn under extended; pieces left out and faults that cut nothing always warn"
+    ),
+    scope=Scope.HORIZON,
+    blocks_when="an end inside the horizon that lies nowhere, or no cut graph at all",
+    repairable=True,
 )

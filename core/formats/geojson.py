@@ -21,28 +21,47 @@ def write_geojson(
     z: Sign = "elevation",
     crs: str | None = None,
 ) -> None:
-    """Write shapely geometries with their properties as a FeatureCollection.
+    """Write shapely geometries with their properties as a FeatureCollection; see :func:`geojson_text`.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    features, z, crs
+        As there.
+    """
+    path.write_text(geojson_text(features, z=z, crs=crs), encoding="utf-8", newline="\n")
+
+
+def geojson_text(
+    features: Iterable[tuple[BaseGeometry, Mapping[str, Any]]],
+    *,
+    z: Sign = "elevation",
+    crs: str | None = None,
+    members: Mapping[str, Any] | None = None,
+) -> str:
+    """Return shapely geometries with their properties as the text of a FeatureCollection.
 
     The coordinates are the model's own; a coordinate system other than longitude and latitude is named in
     the member ``crs`` of the 2008 format, which GIS programs still read.
 
     Parameters
     ----------
-    path : Path
-        The file.
     features : iterable of (geometry, properties)
         Geometries with elevations, or in plan; properties that JSON can hold.
     z : "elevation" or "depth"
         How the file counts z.
     crs : str, optional
         Name of the coordinate system, such as "EPSG:23031".
+    members : mapping, optional
+        Further members of the collection, which readers that do not know them pass over.
     """
     import numpy as np
     from shapely import transform
     from shapely.geometry import mapping
 
     sign = np.array([1.0, 1.0, 1.0 if z == "elevation" else -1.0])
-    content: dict[str, Any] = {"type": "FeatureCollection"}
+    content: dict[str, Any] = {"type": "FeatureCollection", **(members or {})}
     if crs is not None:
         content["crs"] = {"type": "name", "properties": {"name": _urn(crs)}}
     content["features"] = [
@@ -55,8 +74,7 @@ def write_geojson(
         }
         for shape, properties in features
     ]
-    text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
-    path.write_text(text + "\n", encoding="utf-8", newline="\n")
+    return json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def _urn(crs: str) -> str:

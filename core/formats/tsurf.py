@@ -195,6 +195,7 @@ def _finished(draft: _Draft, path: Path) -> TSurf:
         mirrored(vertices) if draft.z == "depth" else vertices,
         ints(_looked_up(known, rows, _whole_numbers(draft.triangles, slice(1, 4), path))),
         ints(draft.triangles.lines),
+        path,
     )
     return TSurf(surface, draft.z, bool(name))
 

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from graben.arrays import FloatArray
 from graben.finding import CheckResult, Finding, Status
 from graben.modeling.results import HorizonResult, Subdomain
 from graben.reports.figures import convergence_figure, throw_figure
-from graben.reports.images import data_address
 from graben.reports.json_report import Files
+from graben.reports.page import Picture, picture, rendered
 from graben.reports.plan_map import detail_window, map_figure
 from graben.reports.section import section_figure, section_place
-from graben.reports.style import Frame, placed, rounded
+from graben.reports.style import Frame, rounded
 from graben.reports.summary import horizon_line, plural, verdict
 from graben.reports.view3d import scene
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from graben.cleaning.ledger import RepairAction
     from graben.pipeline import RunResult
 
@@ -29,7 +26,6 @@ Truth = Mapping[str, Sequence[FloatArray]]
 
 #: Bytes of all figures, so that the page with plotly.js (4.8 MB) and the 3D view stays below 10 MB.
 _FIGURES = 3_000_000
-_LARGEST_FIGURE = 300_000
 _MAP = 4  # times the bytes of another figure
 #: Meshes of more triangles are too large as drawings.
 _DRAWN = 12_000
@@ -37,13 +33,6 @@ _DRAWN = 12_000
 _SECTION = 2.0
 _MOST_SECTIONS = 4
 _MARGIN = 2.0  # of a detail map, gammas
-
-
-@dataclass(frozen=True)
-class _Picture:
-    source: str
-    alt: str
-    caption: str
 
 
 def report_html(result: RunResult, files: Files, truth: Truth | None = None) -> str:
@@ -63,29 +52,7 @@ def report_html(result: RunResult, files: Files, truth: Truth | None = None) -> 
     str
         The page. Only the timings and the peak memory differ between two runs on the same input.
     """
-    import jinja2
-    from markupsafe import Markup
-    from plotly.offline import get_plotlyjs
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("graben.reports"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    source = environment.loader.get_source if environment.loader else None
-    assert source is not None
-    view = scene(result)
-    page = environment.get_template("report.html").render(
-        **_page(result, files, truth or {}),
-        scene=view,
-        colourings=[(k, c["label"]) for k, c in view.colourings.items()] if view else [],
-        css=Markup(source(environment, "report.css")[0]),
-        javascript=Markup(source(environment, "view3d.js")[0]),
-        plotly=Markup(get_plotlyjs()),
-    )
-    return page + "\n"
+    return rendered("report.html", scene(result), **_page(result, files, truth or {}))
 
 
 def _page(result: RunResult, files: Files, truth: Truth) -> dict[str, Any]:
@@ -170,20 +137,20 @@ _SCORES = {
 }
 
 
-def _maps(run: RunResult, result: HorizonResult, frame: Frame, budget: int) -> list[_Picture]:
+def _maps(run: RunResult, result: HorizonResult, frame: Frame, budget: int) -> list[Picture]:
     drawing, share = len(result.surface.triangles) <= _DRAWN, _MAP * budget
     what = f"Structure map of {result.name} in plan"
     cut = f", cut by {', '.join(dict.fromkeys(c.fault for c in result.cutoffs))}" if result.cutoffs else ""
     caption = f"Structure map, {frame.z_name}."
-    pictures = [_picture(map_figure(result, frame), f"{what}{cut}.", caption, share, drawing)]
+    pictures = [picture(map_figure(result, frame), f"{what}{cut}.", caption, share, drawing)]
     window = detail_window(result, _MARGIN * _gamma(run, result))
     if window is not None:
         detail, alt = map_figure(result, frame, window), f"{what}, detail at the faults."
-        pictures.append(_picture(detail, alt, "The same, at the faults.", share, drawing))
+        pictures.append(picture(detail, alt, "The same, at the faults.", share, drawing))
     return pictures
 
 
-def _sections(run: RunResult, result: HorizonResult, frame: Frame, budget: int) -> list[_Picture]:
+def _sections(run: RunResult, result: HorizonResult, frame: Frame, budget: int) -> list[Picture]:
     """Return a section across each fault where its throw is largest, the fault of largest throw first."""
     names = dict.fromkeys(c.fault for c in result.cutoffs)
     places = [
@@ -199,28 +166,24 @@ def _sections(run: RunResult, result: HorizonResult, frame: Frame, budget: int) 
         throw = frame.length(float(cutoff.throw[row]))
         alt = f"Vertical section of {result.name} across {cutoff.fault} near its largest throw; here {throw}."
         caption = f"Section across {cutoff.fault} near its largest throw, off other faults."
-        pictures.append(_picture(figure, alt, caption, budget))
+        pictures.append(picture(figure, alt, caption, budget))
     return pictures
 
 
 def _profiles(
     run: RunResult, result: HorizonResult, frame: Frame, truth: Sequence[FloatArray], budget: int
-) -> list[_Picture]:
+) -> list[Picture]:
     pictures = []
     if result.cutoffs:
         figure = throw_figure(result, frame, truth)
         pictures.append(
-            _picture(figure, f"Throw of {result.name} along its cutoffs.", "Throw and heave.", budget)
+            picture(figure, f"Throw of {result.name} along its cutoffs.", "Throw and heave.", budget)
         )
     if any(s.history for s in result.subdomains):
         figure = convergence_figure(result, run.model.tolerance, frame)
         alt = f"Largest change of the cutoffs of {result.name} in each iteration."
-        pictures.append(_picture(figure, alt, "Largest change ε of a cut node in each iteration.", budget))
+        pictures.append(picture(figure, alt, "Largest change ε of a cut node in each iteration.", budget))
     return pictures
-
-
-def _picture(figure: Figure, alt: str, caption: str, budget: int, drawing: bool = True) -> _Picture:
-    return _Picture(data_address(figure, min(budget, _LARGEST_FIGURE), drawing), alt, caption)
 
 
 def _gamma(run: RunResult, result: HorizonResult, fault: str | None = None) -> float:
@@ -233,7 +196,7 @@ def _subdomain(subdomain: Subdomain, frame: Frame, step: float) -> dict[str, Any
     t = subdomain.termination
     where = [] if t.fault is None else [f"{t.fault}, {t.side}" if t.side else t.fault]
     if t.x is not None and t.y is not None and t.z is not None:
-        where.append(_place((t.x, t.y, t.z), frame, step))
+        where.append(frame.place((t.x, t.y, t.z), step))
     if t.short_by is not None:
         where.append(f"short by {frame.length(t.short_by)}")
     return {
@@ -265,7 +228,7 @@ def _check(result: CheckResult, frame: Frame, step: float) -> dict[str, Any]:
 
 def _finding(finding: Finding, frame: Frame, step: float) -> dict[str, str]:
     w = finding.worst
-    worst = "" if w is None else f"{rounded(w.value)} {w.unit} at {_place((w.x, w.y, w.z), frame, step)}"
+    worst = "" if w is None else f"{rounded(w.value)} {w.unit} at {frame.place((w.x, w.y, w.z), step)}"
     return {
         "status": str(finding.status),
         "check": finding.check,
@@ -284,12 +247,6 @@ def _repair(action: RepairAction, frame: Frame, step: float) -> dict[str, str]:
         "objects": ", ".join(action.objects),
         "count": str(action.count),
         "move": rounded(action.max_move),
-        "place": "" if action.place is None else _place(action.place, frame, step),
+        "place": "" if action.place is None else frame.place(action.place, step),
         "reason": action.reason,
     }
-
-
-def _place(place: tuple[float, float, float], frame: Frame, step: float) -> str:
-    """Return a place in the model's own convention of z."""
-    x, y, z = (placed(value, step) for value in (place[0], place[1], frame.z_factor * place[2]))
-    return f"x {x}, y {y}, {frame.z_name} {z}"

@@ -17,6 +17,8 @@ _RESOLUTIONS = (140, 105, 80, 50)
 _COLOURS = 256
 #: Bytes below which few drawings fit: not worth the time.
 _LEAST_DRAWING = 150_000
+#: Bytes of a dot of a picture at the very least: spares resolutions that cannot fit.
+_LEAST_DOT = 0.04
 
 
 @styled
@@ -52,7 +54,8 @@ def data_address(figure: Figure, most: int, drawing: bool = True) -> str:
         text = _address("image/svg+xml", svg_bytes(figure))
         if len(text) <= most:
             return text
-    for dpi in _RESOLUTIONS:
+    area = float(figure.get_figwidth() * figure.get_figheight())
+    for dpi in [r for r in _RESOLUTIONS if area * r**2 * _LEAST_DOT <= most] or _RESOLUTIONS[-1:]:
         text = _address("image/png", png_bytes(figure, dpi))
         if len(text) <= most:
             break
@@ -68,8 +71,12 @@ def _saved(figure: Figure, kind: str, **options: Any) -> bytes:
     with warnings.catch_warnings():
         # Names may hold letters that the font lacks; they then stand as boxes.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        if figure.get_layout_engine() is not None:
+        laid_out = figure.get_layout_engine() is not None
+        if laid_out:
             figure.draw_without_rendering()
             figure.set_layout_engine("none")  # laid out once, not again for each resolution
-        figure.savefig(buffer, format=kind, bbox_inches="tight", pad_inches=0.06, **options)
+        # What places its axes itself is saved as it stands.
+        figure.savefig(
+            buffer, format=kind, bbox_inches="tight" if laid_out else None, pad_inches=0.06, **options
+        )
     return buffer.getvalue()

@@ -10,7 +10,6 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
@@ -18,6 +17,7 @@ from graben.arrays import BoolArray, FloatArray, IntArray, ints
 from graben.cutgraph import NodeKind
 from graben.modeling.products import cutoff_polygons
 from graben.modeling.results import Cutoff, HorizonResult
+from graben.reports.map_parts import HALO, Window, bounds, north_arrow, scale_bar
 from graben.reports.style import (
     FAULT,
     FOOT,
@@ -26,7 +26,6 @@ from graben.reports.style import (
     PAPER,
     Frame,
     elevation_colours,
-    nice,
     plain_numbers,
     styled,
 )
@@ -35,16 +34,13 @@ from graben.surface import boundary_edges
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Window = tuple[float, float, float, float]
-
 #: Lengths on the map as shares of its larger side.
-_TICK_SPACING, _TICK_LENGTH, _LABEL_SPACING, _SCALE_BAR, _MARGIN = 0.028, 0.013, 0.16, 0.22, 0.03
+_TICK_SPACING, _TICK_LENGTH, _LABEL_SPACING, _MARGIN = 0.028, 0.013, 0.16, 0.03
 #: A throw below this share of the largest is not labelled and bears no ticks.
 _SMALL_THROW = 0.08
 _CONTOURS = 24
-_HALO = withStroke(linewidth=2.5, foreground=PAPER)
 _WRITTEN: dict[str, Any] = {
-    "path_effects": [_HALO],
+    "path_effects": [HALO],
     "zorder": 7.0,
     "clip_on": True,
     "ha": "center",
@@ -70,7 +66,7 @@ def map_figure(result: HorizonResult, frame: Frame, window: Window | None = None
         Part to show, model units; default the whole horizon.
     """
     points = result.surface.vertices
-    window = window or _bounds(points[:, :2])
+    window = window or bounds(points[:, :2])
     west, east, south, north = window
     extent = max(east - west, north - south)
     width = 7.2
@@ -88,9 +84,9 @@ def map_figure(result: HorizonResult, frame: Frame, window: Window | None = None
     axes.set(xlim=(west - margin, east + margin), ylim=(south - margin, north + margin))
     axes.grid(False)
     frame.plan_axes(axes, extent)
-    _scale_bar(axes, window, extent, frame)
-    _north_arrow(axes)
-    part = "" if window == _bounds(points[:, :2]) else ", detail at the faults"
+    scale_bar(axes, window, extent, frame)
+    north_arrow(axes)
+    part = "" if window == bounds(points[:, :2]) else ", detail at the faults"
     axes.set_title(f"{result.name}: {frame.z_name}{part}")
     _legend(figure, result, frame)
     return figure
@@ -104,8 +100,8 @@ def detail_window(result: HorizonResult, margin: float) -> Window | None:
     if not result.cutoffs:
         return None
     lips = np.concatenate([line[:, :2] for c in result.cutoffs for line in (c.hanging, c.foot)])
-    west, east, south, north = _bounds(lips)
-    whole = _bounds(result.surface.vertices[:, :2])
+    west, east, south, north = bounds(lips)
+    whole = bounds(result.surface.vertices[:, :2])
     half = max(east - west, north - south) / 4.0 + margin  # no narrower than half as wide as long
     middle = (west + east) / 2, (south + north) / 2
     detail = (
@@ -118,11 +114,6 @@ def detail_window(result: HorizonResult, margin: float) -> Window | None:
         (detail[1] - detail[0]) * (detail[3] - detail[2]) / ((whole[1] - whole[0]) * (whole[3] - whole[2]))
     )
     return detail if share < 0.5 else None
-
-
-def _bounds(xy: FloatArray) -> Window:
-    low, high = xy.min(axis=0), xy.max(axis=0)
-    return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
 
 def _elevation(figure: Figure, axes: Axes, result: HorizonResult, frame: Frame, window: Window) -> None:
@@ -355,39 +346,3 @@ def _legend(figure: Figure, result: HorizonResult, frame: Frame) -> None:
                 Line2D([], [], marker=marker, ms=size, mfc=PAPER, mec=FAULT, ls="none", label=name)
             )
     figure.legend(handles=handles, loc="outside lower left", ncols=3, handlelength=2.2, columnspacing=1.4)
-
-
-def _scale_bar(axes: Axes, window: Window, extent: float, frame: Frame) -> None:
-    """Draw a bar of round length in the lower left corner."""
-    length = nice(_SCALE_BAR * extent)
-    x, y, h = window[0] + 0.02 * extent, window[2] + 0.03 * extent, 0.008 * extent
-    halves = [
-        [(x + a, y), (x + b, y), (x + b, y + h), (x + a, y + h)]
-        for a, b in ((0, length / 2), (length / 2, length))
-    ]
-    box = [(x - 0.015 * extent, y - 0.02 * extent), (x + length + 0.015 * extent, y - 0.02 * extent)]
-    box += [(box[1][0], y + 0.05 * extent), (box[0][0], y + 0.05 * extent)]
-    axes.add_collection(PolyCollection([box], facecolors=PAPER, edgecolors="none", alpha=0.8, zorder=_SIGNS))
-    axes.add_collection(
-        PolyCollection(halves, facecolors=[FAULT, PAPER], edgecolors=FAULT, linewidths=0.7, zorder=_SIGNS + 1)
-    )
-    whole = frame.unit == "m" and length >= 1000
-    text = f"{length / 1000:g} km" if whole else f"{length:g} {frame.unit}".rstrip()
-    axes.text(x + length / 2, y + 1.6 * h, text, ha="center", va="bottom", fontsize=7.5, zorder=_SIGNS + 1)
-
-
-def _north_arrow(axes: Axes) -> None:
-    """Draw the arrow of north, which is up: y grows that way."""
-    axes.annotate(
-        "N",
-        xy=(0.95, 0.96),
-        xytext=(0.95, 0.89),
-        xycoords="axes fraction",
-        ha="center",
-        va="top",
-        fontsize=9,
-        weight="bold",
-        path_effects=[_HALO],
-        arrowprops={"arrowstyle": "-|>", "color": FAULT, "lw": 1.4, "shrinkA": 0, "shrinkB": 0},
-        zorder=_SIGNS + 1,
-    )

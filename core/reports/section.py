@@ -11,12 +11,13 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
 
 from graben.arrays import BoolArray, FloatArray, IntArray, bools
 from graben.cutgraph import NodeKind
 from graben.model import Fault
 from graben.modeling.results import Cutoff, HorizonResult
+from graben.reports.map_parts import HALO
+from graben.reports.shapes import compass, crossings
 from graben.reports.style import FAULT, FOOT, HANGING, INPUT, PAPER, Frame, placed, plain_numbers, styled
 from graben.surface import Surface
 
@@ -27,25 +28,6 @@ _EXAGGERATIONS = (1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 #: Height of the section over its width, and the share of the height the horizon may take.
 _ASPECT, _FILLED = 0.42, 0.3
 _ZONE = "#F1EDE2"
-_HALO = withStroke(linewidth=2.5, foreground=PAPER)
-_COMPASS = (
-    "N",
-    "NNE",
-    "NE",
-    "ENE",
-    "E",
-    "ESE",
-    "SE",
-    "SSE",
-    "S",
-    "SSW",
-    "SW",
-    "WSW",
-    "W",
-    "WNW",
-    "NW",
-    "NNW",
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,21 +54,7 @@ def cut_by(plane: Plane, surface: Surface) -> tuple[FloatArray, IntArray]:
         The triangle of each.
     """
     along, off = plane.coordinates(surface.vertices)
-    off = np.where(off == 0.0, np.finfo(np.float64).tiny, off)  # a vertex in the plane counts as left of it
-    t = surface.triangles
-    cut = np.flatnonzero((off[t] > 0).any(axis=1) & (off[t] < 0).any(axis=1))
-    t = t[cut]
-    # The corner that lies alone on its side, then the other two: both edges from it are cut.
-    positive = off[t] > 0
-    alone = np.argmax(positive == (positive.sum(axis=1) == 1)[:, None], axis=1)
-    rows = np.arange(len(t))
-    ends = []
-    for k in (1, 2):
-        a, b = t[rows, alone], t[rows, (alone + k) % 3]
-        share = (off[a] / (off[a] - off[b]))[:, None]
-        at_a, at_b = (np.stack([along[i], surface.vertices[i, 2]], axis=1) for i in (a, b))
-        ends.append(at_a + share * (at_b - at_a))
-    return np.stack(ends, axis=1), cut
+    return crossings(np.stack([along, surface.vertices[:, 2]], axis=1), surface.triangles, off)
 
 
 def section_place(result: HorizonResult, fault: str, margin: float) -> tuple[Cutoff, int] | None:
@@ -262,7 +230,7 @@ def _throw_and_heave(axes: Axes, plane: Plane, cutoff: Cutoff, row: int, frame: 
         ha="right" if beside > 0 else "left",
         va="center",
         fontsize=8,
-        path_effects=[_HALO],
+        path_effects=[HALO],
         zorder=8,
     )
 
@@ -276,8 +244,7 @@ def _labels(
     exaggeration: float,
     frame: Frame,
 ) -> None:
-    azimuth = float(np.degrees(np.arctan2(plane.along[0], plane.along[1]))) % 360.0
-    names = [_COMPASS[round((azimuth + turn) / 22.5) % 16] for turn in (180.0, 0.0)]
+    names = [compass(-plane.along), compass(plane.along)]
     for x, name in zip((0.012, 0.988), names, strict=True):
         side = "left" if x < 0.5 else "right"
         axes.text(
@@ -288,7 +255,7 @@ def _labels(
             weight="bold",
             ha=side,
             va="top",
-            path_effects=[_HALO],
+            path_effects=[HALO],
             zorder=8,
         )
     scale = "true scale" if exaggeration == 1.0 else f"vertical exaggeration {exaggeration:g}"
@@ -306,7 +273,7 @@ def _labels(
         ha="right",
         va="bottom",
         fontsize=8,
-        path_effects=[_HALO],
+        path_effects=[HALO],
         zorder=8,
     )
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import matplotlib
 import numpy as np
 from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+from graben.arrays import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -106,6 +108,15 @@ class Frame:
         """
         return f"{rounded(value)} {self.unit}".rstrip()
 
+    def place(self, place: Sequence[float] | FloatArray, step: float) -> str:
+        """Return a place (x, y, elevation) in the model's own convention of z; ``step`` as of :func:`placed`.
+
+        >>> Frame("m", -1.0).place((1.0, 2.0, -3.0), 100.0)
+        'x 1, y 2, depth 3'
+        """
+        x, y, z = (placed(float(c) + 0.0, step) for c in (place[0], place[1], self.z_factor * place[2]))
+        return f"x {x}, y {y}, {self.z_name} {z}"
+
     def plan_axes(self, axes: Axes, extent: float) -> None:
         """Label x and y of a map whose larger side is ``extent`` units."""
         if self.unit and extent > _THOUSANDS:
@@ -136,10 +147,10 @@ def rounded(value: float) -> str:
 def placed(value: float, step: float) -> str:
     """Return a coordinate with the digits that matter where things are ``step`` units apart.
 
-    >>> placed(435048.308, 100.0), placed(3.14159, 0.25)
-    ('435048', '3.142')
+    >>> placed(435048.308, 100.0), placed(3.14159, 0.25), placed(-0.001, 1.0)
+    ('435048', '3.142', '0.00')
     """
-    return f"{value:.{max(2 - int(np.floor(np.log10(step))), 0)}f}"
+    return f"{value:z.{max(2 - int(np.floor(np.log10(step))), 0)}f}"
 
 
 def plain_numbers(scale: float = 1.0) -> Formatter:

@@ -7,11 +7,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from graben.cutgraph import DroppedTrace
 from graben.finding import Profile, Status
 from graben.validators.registry import CHECKS, find, known_ids
 from graben.validators.runner import run_checks, shifted
-from tests.zoo import FAILING, Fakes
-from tests.zoo_shapes import F60, NAN, dipping, faults, folded_points, graph, level, moved_vertex
+from tests.zoo.degenerate import FAILING as DEGENERATE
+from tests.zoo.shapes import (
+    F60,
+    NAN,
+    STEP,
+    Fakes,
+    L,
+    N,
+    T,
+    dipping,
+    faults,
+    folded_points,
+    graph,
+    level,
+    moved_vertex,
+)
 
 
 class Counting(Fakes):
@@ -124,28 +139,27 @@ def test_a_tolerance_in_checks_moves_the_limit(check, model, loose, tight):
 
 
 def test_a_shift_of_the_result_moves_all_places():
-    case = next(c for c in FAILING if c.name == "sliver")
-    result, _ = run_checks(case.model, Profile.EXTENDED, case.providers)
+    case = next(c for c in DEGENERATE if c.name == "sliver")
+    result, _ = run_checks(case.model, Profile.EXTENDED, Fakes())
     offset = np.array([1e5, -2e5, 30.0])
-    before, after = result.of("degenerate")[0], shifted(result, offset).of("degenerate")[0]
+    (before,), (after,) = result.of("degenerate"), shifted(result, offset).of("degenerate")
     assert np.allclose(after.places, before.places + offset)
-    assert np.allclose([after.worst.x, after.worst.y, after.worst.z], case.place + offset)
+    worst = np.array([[f.worst.x, f.worst.y, f.worst.z] for f in (before, after)])
+    assert np.allclose(worst[1], worst[0] + offset)
 
 
-def test_pieces_and_left_out_pieces_of_one_trace_are_one_finding():
-    loose = next(c for c in FAILING if c.name == "loose end")
-    short = next(c for c in FAILING if c.name == "dropped").providers.graphs["H"].dropped
-    net = replace(loose.providers.graphs["H"], dropped=short)
-    result, _ = run_checks(loose.model, Profile.EXTENDED, Fakes(graphs={"H": net}))
+def test_a_loose_end_and_a_left_out_piece_of_one_trace_are_one_finding():
+    short = DroppedTrace(0, 0.8 * STEP, STEP * np.array([7.0, 4, 0]), "shorter than 2 steps")
+    nodes = [(1, 4), (2, 4), (3, 4), (4, 4), (5, 4)]
+    net = graph(nodes, [T, N, N, N, L], [(0, 1), (1, 2), (2, 3), (3, 4)], [0] * 4, [short])
+    result, _ = run_checks(faults(F60, horizons=[level()]), Profile.EXTENDED, Fakes(graphs={"H": net}))
     (finding,) = result.of("trace")
     assert finding.status is Status.FAIL
     assert "left out" in finding.message
 
 
 def test_no_fault_at_all_is_no_defect():
-    result, evidence = run_checks(
-        faults(horizons=[level()]), Profile.PAPER, Fakes(graphs={"H": graph([], [], [], [])})
-    )
+    result, evidence = run_checks(faults(horizons=[level()]), Profile.PAPER, Fakes())
     assert result.passed
     assert "H" in evidence.graphs
 

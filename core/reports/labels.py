@@ -1,0 +1,132 @@
+"""Labels beside places of a drawing, none over another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graben.arrays import FloatArray
+from graben.reports.map_parts import SIGNS
+from graben.reports.style import PAPER
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_POINTS = 72.0  # to the inch
+#: Width and height of a letter over the font's size.
+_LETTER = (0.64, 1.25)
+_PADDING = 1.5  # points around a text
+#: Width and height of what stands in a corner, points.
+_CORNER = (32.0, 16.0)
+#: Half the size of a dot and of a ring, points.
+_DOT, _RING = 3.0, 7.0
+#: Where a label is tried: distances from its place to its own middle, points, and directions.
+_REACHES = (9.0, 14.0, 20.0, 28.0, 38.0, 50.0, 64.0)
+_DIRECTIONS = np.stack([f(np.radians(np.arange(45, 405, 30))) for f in (np.cos, np.sin)], axis=1)
+
+
+@dataclass(frozen=True)
+class Label:
+    """A text, the place it is about (x, y in the drawing), and its look; a box has a line to its place."""
+
+    text: str
+    place: tuple[float, float]
+    colour: str
+    size: float = 7.5
+    boxed: bool = True
+
+
+def write_labels(
+    axes: Axes,
+    labels: Sequence[Label],
+    extent: tuple[float, float],
+    *,
+    corners: bool = False,
+    ring: FloatArray | None = None,
+) -> int:
+    """Write labels where they cover neither each other nor a place that has one.
+
+    Parameters
+    ----------
+    axes : Axes
+        With its limits set.
+    labels : sequence of Label
+        The most important first: each takes the nearest free position.
+    extent : (width, height)
+        Of the axes on paper, inches.
+    corners : bool
+        Whether the two upper corners are taken.
+    ring : (2,) array, optional
+        A place around which a ring is drawn.
+
+    Returns
+    -------
+    int
+        How many found no room.
+    """
+    (west, east), (south, north) = sorted(axes.get_xlim()), sorted(axes.get_ylim())
+    size = np.array(extent) * _POINTS
+    scale = size / [east - west, north - south]
+    flip = np.array([axes.get_xlim()[0] > axes.get_xlim()[1], axes.get_ylim()[0] > axes.get_ylim()[1]])
+
+    def on_paper(places: FloatArray) -> FloatArray:
+        return np.asarray(np.where(flip, [east, north] - places, places - [west, south]) * scale)
+
+    dots = on_paper(np.array([label.place for label in labels]).reshape(-1, 2))
+    taken = np.concatenate([dots - _DOT, dots + _DOT], axis=1)
+    if ring is not None:
+        middle_of_ring = on_paper(ring)
+        taken = np.append(taken, [[*(middle_of_ring - _RING), *(middle_of_ring + _RING)]], axis=0)
+    if corners:
+        west_end, east_end = (0.0, size[1] - _CORNER[1]), (size[0] - _CORNER[0], size[1] - _CORNER[1])
+        boxes = [[*end, end[0] + _CORNER[0], size[1]] for end in (west_end, east_end)]
+        taken = np.append(taken, boxes, axis=0)
+    missing = 0
+    for label, dot in zip(labels, dots, strict=True):
+        lines = label.text.split("\n")
+        width = max(len(line) for line in lines) * _LETTER[0] * label.size
+        half = np.array([width, len(lines) * _LETTER[1] * label.size]) / 2 + _PADDING
+        middle = _free(dot, half, taken, size)
+        if middle is None:
+            missing += 1
+            continue
+        taken = np.append(taken, [[*(middle - half), *(middle + half)]], axis=0)
+        _write(axes, label, middle / size, boxed=label.boxed)
+    return missing
+
+
+def _free(dot: FloatArray, half: FloatArray, taken: FloatArray, size: FloatArray) -> FloatArray | None:
+    """Return the middle of the nearest free position for a box of half size ``half``, in points."""
+    inside = (dot >= 0).all() and (dot <= size).all()
+    for reach in _REACHES if inside else ():
+        for direction in _DIRECTIONS:
+            middle = dot + direction * (reach + half)
+            low, high = middle - half, middle + half
+            if (low < 0).any() or (high > size).any():
+                continue
+            over = (taken[:, :2] < high).all(axis=1) & (taken[:, 2:] > low).all(axis=1)
+            if not over.any():
+                return np.asarray(middle)
+    return None
+
+
+def _write(axes: Axes, label: Label, middle: FloatArray, boxed: bool) -> None:
+    box = {"boxstyle": "round,pad=0.18", "fc": PAPER, "ec": label.colour, "lw": 0.8, "alpha": 0.92}
+    line = {"arrowstyle": "-", "color": label.colour, "lw": 0.7, "shrinkA": 0, "shrinkB": 2}
+    axes.annotate(
+        label.text,
+        label.place,
+        xytext=(float(middle[0]), float(middle[1])),
+        textcoords="axes fraction",
+        ha="center",
+        va="center",
+        fontsize=label.size,
+        weight="bold" if boxed else "normal",
+        color=label.colour,
+        bbox=box if boxed else {"boxstyle": "square,pad=0.1", "fc": PAPER, "ec": "none", "alpha": 0.75},
+        arrowprops=line if boxed else None,
+        zorder=SIGNS + 2,
+    )

@@ -1,0 +1,64 @@
+"""One-file pages: what stands in the script and style of each, and what a page shows as a picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from graben.reports.images import data_address
+from graben.reports.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_LARGEST_FIGURE = 300_000
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure in a page: its ``data:`` address, what it shows in words, and its caption."""
+
+    source: str
+    alt: str
+    caption: str
+
+
+def picture(figure: Figure, alt: str, caption: str, budget: int, drawing: bool = True) -> Picture:
+    """Return a figure as a picture of about ``budget`` bytes; ``drawing`` as of :func:`data_address`."""
+    return Picture(data_address(figure, min(budget, _LARGEST_FIGURE), drawing), alt, caption)
+
+
+def rendered(template: str, scene: Scene | None, **values: object) -> str:
+    """Return a page made of a template and plain values, with the style and the scripts inside.
+
+    Parameters
+    ----------
+    template : str
+        Name of the template.
+    scene : Scene or None
+        The 3D view; without one the page has no plotly.js.
+    **values
+        What the template shows; texts are escaped there.
+    """
+    import jinja2
+    from markupsafe import Markup
+    from plotly.offline import get_plotlyjs
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("graben.reports"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    source = environment.loader.get_source if environment.loader else None
+    assert source is not None
+    page = environment.get_template(template).render(
+        **values,
+        scene=scene,
+        colourings=[(k, c["label"]) for k, c in scene.colourings.items()] if scene else [],
+        css=Markup(source(environment, "report.css")[0]),
+        javascript=Markup(source(environment, "view3d.js")[0]),
+        plotly=Markup(get_plotlyjs()),
+    )
+    return page + "\n"

@@ -1,0 +1,170 @@
+"""How wide a horizon is smeared along a fault: the distance within which it leaves the trend of its own side.
+
+Across a trace, d its distance and s the place along it, the horizon is described as
+
+    u(d, s) = c(d, s) + (2 Phi(d / w) - 1) h(|d|, s),
+
+c and h the mean of the two sides and half the step between them, Phi the normal distribution: a step that a
+Gaussian of standard width w has smeared, between sides that may slope and bend. In windows along the trace
+c (1, d, d^2, s, s d) and h (1, |d|, s) are fitted by least squares; w is one for the whole trace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from graben.arrays import FloatArray
+from graben.cutgraph import CutGraph
+from graben.model import Horizon
+from graben.validators.measuring.flanks import Flanks, Windows, flanks_of, hat
+
+#: Phi(1.645) = 0.95: at this many standard widths 95 % of the step is done.
+_DONE = 1.645
+#: Widths w that are tried, in this many steps of the horizon at least, and how many.
+_FINEST = 0.15
+_TRIED = 24
+#: Half widths of the strip that is looked at, in steps, and the share of it that the smear may take: beyond
+#: it both sides must be seen.
+_STRIPS = (8.0, 16.0, 32.0, 64.0)
+_INSIDE = 0.4
+#: Points that a window needs, and of them on either side.
+_LEAST, _LEAST_A_SIDE = 30, 10
+#: A jump must leave this many times the squared residuals of the smeared step: else nothing is known.
+_CLEARER = 1.5
+#: The step over the scatter about it, and over the horizon's step, below which there is none to speak of.
+_LEAST_SIGNAL, _LEAST_THROW = 4.0, 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Smear:
+    """How a horizon is smeared along a fault.
+
+    Parameters
+    ----------
+    width : float
+        Plan distance from the trace at which 95 % of the step is done, model units: what gamma should be at
+        least.
+    throw : float
+        Root mean square of the step along the trace, model units.
+    place : (3,) array
+        On the trace, the middle of where the step is, model units.
+    lines : tuple of (k, 3) arrays
+        The trace.
+    """
+
+    width: float
+    throw: float
+    place: FloatArray
+    lines: tuple[FloatArray, ...]
+
+
+def smear_width(horizon: Horizon, graph: CutGraph, fault: int, gammas: Mapping[int, float]) -> Smear | None:
+    """Return how wide a horizon is smeared along a fault.
+
+    Looked at are the picks of a horizon that has some, else its nodes. The strip along the trace is widened
+    until the smear takes less than 40 % of it.
+
+    Parameters
+    ----------
+    horizon : Horizon
+        As given, in the frame of the graph.
+    graph : CutGraph
+        Of that horizon.
+    fault : int
+        Index in the model of a fault that the graph has edges of.
+    gammas : mapping
+        gamma of each fault of the graph, model units: within gamma of another fault nothing is looked at.
+
+    Returns
+    -------
+    Smear or None
+        None where a step that is not smeared describes the horizon nearly as well, as it does where the
+        throw is small against the noise, and where the horizon is not seen far enough on both sides.
+    """
+    points = horizon.picks if len(horizon.picks) else horizon.surface.vertices
+    for steps in _STRIPS:
+        reach = steps * horizon.step
+        flanks = flanks_of(points, graph, fault, gammas, reach, horizon.step)
+        windows = [_Window.of(flanks, k, r, reach) for k, r in Windows.over(flanks, reach / 2)]
+        seen = [w for w in windows if w is not None]
+        if not seen:
+            continue
+        width = _fitted(seen, horizon.step, reach)
+        if _DONE * width <= _INSIDE * reach:
+            return _described(flanks, seen, width, _LEAST_THROW * horizon.step)
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class _Window:
+    """Points in a window of the strip: place along it (-1 to 1), distance, elevation, root of the weight."""
+
+    centre: float
+    s: FloatArray
+    d: FloatArray
+    z: FloatArray
+    root: FloatArray
+    reach: float
+
+    @staticmethod
+    def of(flanks: Flanks, centre: float, half: float, reach: float) -> _Window | None:
+        weight = flanks.share * hat(flanks.along, centre, half) * hat(flanks.across, 0.0, reach)
+        used = np.flatnonzero(weight > 0)
+        right = int(np.count_nonzero(flanks.across[used] > 0))
+        if len(used) < _LEAST or min(right, len(used) - right) < _LEAST_A_SIDE:
+            return None
+        return _Window(
+            centre,
+            (flanks.along[used] - centre) / half,
+            flanks.across[used],
+            flanks.points[used, 2],
+            np.sqrt(weight[used]),
+            reach,
+        )
+
+    def fit(self, width: float) -> tuple[float, float]:
+        """Return half the step at the trace and the sum of squared residuals for a width; 0 is a jump."""
+        d, s = self.d / self.reach, self.s
+        step = np.sign(d) if width == 0.0 else 2.0 * ndtr(self.d / width) - 1.0
+        one = np.ones_like(d)
+        basis = np.column_stack([step, step * np.abs(d), step * s, one, d, d * d, s, s * d])
+        left, right = basis * self.root[:, None], self.z * self.root
+        found = np.linalg.lstsq(left, right, rcond=None)[0]
+        return float(found[0]), float(((right - left @ found) ** 2).sum())
+
+
+def _left(windows: list[_Window], width: float) -> float:
+    """Return the sum of squared residuals over all windows."""
+    return sum(w.fit(width)[1] for w in windows)
+
+
+def _fitted(windows: list[_Window], step: float, reach: float) -> float:
+    """Return the standard width that leaves the least residuals."""
+    tried = np.geomspace(_FINEST * step, _INSIDE * reach, _TRIED)
+    left = np.array([_left(windows, float(width)) for width in tried])
+    best = int(np.argmin(left))
+    bend = 0.0 if best in (0, _TRIED - 1) else left[best - 1] - 2.0 * left[best] + left[best + 1]
+    if bend <= 0.0:
+        return float(tried[best])
+    # the least of the parabola through the best and its neighbours, in the logarithm of the width
+    shift = 0.5 * (left[best - 1] - left[best + 1]) / bend
+    return float(tried[best] * (tried[1] / tried[0]) ** shift)
+
+
+def _described(flanks: Flanks, windows: list[_Window], width: float, least: float) -> Smear | None:
+    """Return the smear of a standard width; None where there is no step, or a jump does nearly as well."""
+    halves = np.array([w.fit(width)[0] for w in windows])
+    throw = 2.0 * float(np.sqrt((halves**2).mean()))
+    left = _left(windows, width)
+    scatter = float(np.sqrt(left / sum(w.root @ w.root for w in windows)))
+    if throw <= max(least, _LEAST_SIGNAL * scatter) or _left(windows, 0.0) < _CLEARER * left:
+        return None
+    centres = np.array([w.centre for w in windows])
+    strongest = flanks.piece(float(centres[np.argmax(np.abs(halves))]))
+    same = np.array([flanks.piece(c) == strongest for c in centres])
+    middle = float(np.average(centres[same], weights=halves[same] ** 2))
+    return Smear(_DONE * width, throw, flanks.place(middle), flanks.lines)
