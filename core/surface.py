@@ -57,10 +57,12 @@ class Surface:
 
     @property
     def median_edge(self) -> float:
-        """Median length of the sides of its triangles, model units; 0 without any."""
-        if not len(self.triangles):
+        """Median length of the sides of its fit triangles, model units; 0 without any."""
+        fit = ((self.triangles >= 0) & (self.triangles < len(self.vertices))).all(axis=1)
+        corners = self.vertices[self.triangles[fit]]
+        corners = corners[np.isfinite(corners).all(axis=(1, 2))]
+        if not len(corners):
             return 0.0
-        corners = self.vertices[self.triangles]
         return float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
 
     def moved(self, offset: FloatArray) -> Surface:

@@ -142,5 +142,4 @@ CHECK = Check(
     need=Need.GRAPH,
     stage=Need.ANCHORS,
     leniency="where each part that is enclosed has fixed nodes enough it only warns under extended",
-    repairable=True,
 )

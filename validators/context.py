@@ -57,11 +57,14 @@ class Tolerance:
         "degrees", "model units" or another.
     default : str
         Its value where [checks] does not name it, in words.
+    values : callable
+        Returns that value in numbers for a model: one, or one for each fault.
     """
 
     meaning: str
     unit: str
     default: str
+    values: Callable[[Model], Sequence[float]]
 
 
 @dataclass(frozen=True, eq=False)

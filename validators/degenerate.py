@@ -85,6 +85,7 @@ CHECK = Check(
     _run,
     scope=Scope.MODEL,
     blocks_when="a surface without any area",
-    repairable=True,
-    tolerance=Tolerance("least angle of a fault's triangle", "degrees", f"{ANGLE_LIMIT:g}"),
+    tolerance=Tolerance(
+        "least angle of a fault's triangle", "degrees", f"{ANGLE_LIMIT:g}", lambda model: [ANGLE_LIMIT]
+    ),
 )

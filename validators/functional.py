@@ -160,6 +160,7 @@ CHECK = Check(
     ),
     scope=Scope.HORIZON,
     blocks_when="where it is a horizon",
-    repairable=True,
-    tolerance=Tolerance("steepest slope between two points of a horizon", "degrees", f"{STEEPEST:g}"),
+    tolerance=Tolerance(
+        "steepest slope between two points of a horizon", "degrees", f"{STEEPEST:g}", lambda model: [STEEPEST]
+    ),
 )

@@ -106,5 +106,6 @@ CHECK = Check(
         "least slope of a horizon along a fault's dip, over the fault's own, that is nearly parallel",
         "ratio",
         f"{NEARLY_PARALLEL:g}",
+        lambda model: [NEARLY_PARALLEL],
     ),
 )

@@ -73,5 +73,4 @@ CHECK = Check(
     _run,
     need=Need.GRAPH,
     scope=Scope.HORIZON,
-    repairable=True,
 )

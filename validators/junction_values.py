@@ -158,6 +158,10 @@ CHECK = Check(
     "those of the other.",
     _run,
     need=Need.GRAPH,
-    repairable=True,
-    tolerance=Tolerance("difference in elevation", "model units", "1e-6 of the model's size"),
+    tolerance=Tolerance(
+        "difference in elevation",
+        "model units",
+        "1e-6 of the model's size",
+        lambda model: [CONTACT * model.size],
+    ),
 )

@@ -81,5 +81,4 @@ CHECK = Check(
     _run,
     scope=Scope.MODEL,
     blocks_when="edges with three triangles or more",
-    repairable=True,
 )

@@ -64,6 +64,7 @@ CHECK = Check(
     _run,
     faults_only=True,
     severity=Severity.WARN,
-    repairable=True,
-    tolerance=Tolerance("least dip", "degrees", "[parameters] min_dip"),
+    tolerance=Tolerance(
+        "least dip", "degrees", "[parameters] min_dip", lambda model: [model.parameters.min_dip]
+    ),
 )

@@ -65,7 +65,7 @@ def _defect(pair: tuple[str, str], stretches: Sequence[Stretch], unit: str) -> D
             else []
         ),
     ]
-    worst = max(stretches, key=lambda s: s.length)
+    worst = _worst(gaps or stubs)
     return Defect(
         pair,
         " ".join(sentences),
@@ -82,6 +82,12 @@ def _defect(pair: tuple[str, str], stretches: Sequence[Stretch], unit: str) -> D
     )
 
 
+def _worst(stretches: Sequence[Stretch]) -> Stretch:
+    """Return the narrowest of gaps, the longest of stubs."""
+    sign = -1.0 if stretches[0].label is RimLabel.GAP else 1.0
+    return max(stretches, key=lambda s: sign * s.size)
+
+
 def _part(stretch: Stretch, unit: str) -> Part:
     x, y, z = (float(c) for c in stretch.place)
     return Part(str(stretch.label), 1, (x, y, z), stretch.size, unit)
@@ -90,7 +96,7 @@ def _part(stretch: Stretch, unit: str) -> Part:
 def _sizes(stretches: Sequence[Stretch], unit: str) -> str:
     least, greatest = min(s.least for s in stretches), max(s.greatest for s in stretches)
     if greatest - least <= _ALIKE * greatest:
-        return amount(greatest, unit)
+        return amount(_worst(stretches).size, unit)
     return f"{amount(least)} to {amount(greatest, unit)}"
 
 
@@ -109,6 +115,10 @@ CHECK = Check(
     need=Need.COMPLEX,
     faults_only=True,
     severity=Severity.WARN,
-    repairable=True,
-    tolerance=Tolerance("widest gap and longest stub", "model units", "[repair] max_extension"),
+    tolerance=Tolerance(
+        "widest gap and longest stub",
+        "model units",
+        "[repair] max_extension",
+        lambda model: [model.max_extension(f) for f in model.faults],
+    ),
 )

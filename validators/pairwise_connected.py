@@ -180,5 +180,4 @@ CHECK = Check(
     need=Need.COMPLEX,
     scope=Scope.MODEL,
     blocks_when="faults that coincide over an area",
-    repairable=True,
 )

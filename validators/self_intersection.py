@@ -115,8 +115,10 @@ CHECK = Check(
     "A surface does not cross itself.",
     "Where a fault crosses itself its trace forks, and a point of the horizon lies on both of its sides.",
     _run,
-    repairable=True,
     tolerance=Tolerance(
-        "depth up to which one sheet touches the other", "model units", f"{TOUCH:g} of the model's size"
+        "depth up to which one sheet touches the other",
+        "model units",
+        f"{TOUCH:g} of the model's size",
+        lambda model: [TOUCH * model.size],
     ),
 )

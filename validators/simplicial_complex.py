@@ -9,7 +9,7 @@ import numpy as np
 
 from graben.arrays import floats, ints
 from graben.finding import Element, Part
-from graben.validators.context import Check, CheckContext, Defect, Need, Scope, Severity, Tolerance
+from graben.validators.context import CONTACT, Check, CheckContext, Defect, Need, Scope, Severity, Tolerance
 from graben.validators.measuring.contact import Contact, ContactKind
 from graben.validators.measuring.leaving import broken_by_holes
 from graben.validators.measuring.measures import amount, part_at, plural
@@ -165,6 +165,10 @@ CHECK = Check(
     "only warn under extended",
     scope=Scope.MODEL,
     blocks_when="faults that cannot be refined to one complex",
-    repairable=True,
-    tolerance=Tolerance("distance at which two surfaces touch", "model units", "1e-6 of the model's size"),
+    tolerance=Tolerance(
+        "distance at which two surfaces touch",
+        "model units",
+        "1e-6 of the model's size",
+        lambda model: [CONTACT * model.size],
+    ),
 )

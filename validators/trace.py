@@ -221,5 +221,4 @@ CHECK = Check(
     ),
     scope=Scope.HORIZON,
     blocks_when="an end inside the horizon that lies nowhere, or no cut graph at all",
-    repairable=True,
 )

@@ -248,6 +248,7 @@ CHECK = Check(
     _run,
     faults_only=True,
     severity=Severity.RELAXED,
-    repairable=True,
-    tolerance=Tolerance("dip below which a triangle or an edge is level", "degrees", f"{LEVEL:g}"),
+    tolerance=Tolerance(
+        "dip below which a triangle or an edge is level", "degrees", f"{LEVEL:g}", lambda model: [LEVEL]
+    ),
 )

@@ -48,7 +48,10 @@ def check_html(examination: Examination) -> str:
     """
     model, result = examination.model, examination.result
     scenery = Scenery.of(examination)
-    numbered = dict(enumerate((f for f in result.findings if f.status in _OPEN), start=1))
+    told_of = [f for f in result.findings if f.status in _OPEN]
+    failing = {f.check for f in told_of if f.status is Status.FAIL}
+    told_of.sort(key=lambda f: f.check not in failing)  # checks that fail come first
+    numbered = dict(enumerate(told_of, start=1))
     shown = _with_parts(numbered)
     facts = [plural(len(model.horizons), "horizon"), plural(len(model.faults), "fault")]
     facts += [
@@ -182,15 +185,14 @@ def _tolerances(model: Model) -> list[tuple[str, str, str, str]]:
         if check.tolerance is None:
             continue
         own = model.checks.get(check.id)
+        values = check.tolerance.values(model) if own is None else [own]
         unit = check.tolerance.unit
-        value = check.tolerance.default if own is None else f"{own:g}"
+        if unit == "model units":
+            unit = "" if model.unit == "none" else model.unit
+        said = [f"{value:.3g}" for value in (min(values, default=0.0), max(values, default=0.0))]
+        origin = f"default: {check.tolerance.default}" if own is None else f"[checks] {check.id}"
         rows.append(
-            (
-                check.id,
-                check.tolerance.meaning,
-                f"{value} {unit}",
-                "[checks]" if own is not None else "default",
-            )
+            (check.id, check.tolerance.meaning, f"{' to '.join(dict.fromkeys(said))} {unit}".rstrip(), origin)
         )
     return rows
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.complexes import Complex
+from graben.proximity import nearest
 from graben.surface import Surface
 from graben.validators.measuring.branch_lines import BranchLines
 from graben.validators.measuring.hits import TriangleTree
@@ -19,6 +20,9 @@ from graben.validators.measuring.rim_lines import RimPieces, rim_line, rim_piece
 _PIECE = 0.25
 #: A gap or a stub on a stretch shorter than this share of its size is a tooth of the rim, not a side of it.
 _TOOTH = 0.5
+#: A gap is as narrow as at an end of its pieces where it is less than this share of what it is in their
+#: middles: pieces are short against the limit, not against a gap that closes.
+_CLOSES = 0.5
 #: Share by which sizes along a stretch may differ and count as one: above rounding.
 _ALIKE = 1e-3
 
@@ -99,7 +103,6 @@ def rim_stretches(
     crossed = TriangleTree(horizons) if horizons else None
     lines = [rim_line(s, network, k) for k, s in enumerate(faults)]
     scene = Scene(faults, lines, BranchLines(network, contact), tree, contact)
-    names = [s.name for s in faults]
     found: list[Stretch] = []
     for own, (surface, limit, line) in enumerate(zip(faults, limits, lines, strict=True)):
         if not len(line.ends):
@@ -111,7 +114,7 @@ def rim_stretches(
         labels = _without_teeth(pieces, scene.labelled(pieces, own, reach))
         if crossed is not None:
             labels = with_tips(labels, pieces, crossed)
-        runs = (_stretch(pieces, labels, names, own, run) for run in _runs(pieces, labels))
+        runs = (_stretch(pieces, labels, faults, contact, own, run) for run in _runs(pieces, labels))
         found += [s for s in runs if s.length > contact]
     return tuple(found)
 
@@ -139,23 +142,44 @@ def _without_teeth(pieces: RimPieces, labels: Labels) -> Labels:
     return Labels(ints(label), ints(other), labels.size)
 
 
-def _stretch(pieces: RimPieces, labels: Labels, names: Sequence[str], own: int, run: IntArray) -> Stretch:
+def _stretch(
+    pieces: RimPieces, labels: Labels, faults: Sequence[Surface], contact: float, own: int, run: IntArray
+) -> Stretch:
     """Return one stretch of a rim, made of the pieces ``run`` in their order."""
     label, other = LABELS[int(labels.label[run[0]])], int(labels.other[run[0]])
-    sized = label in (RimLabel.GAP, RimLabel.STUB)
-    size = labels.size[run] if sized else np.zeros(len(run))
+    size = labels.size[run] if label in (RimLabel.GAP, RimLabel.STUB) else np.zeros(len(run))
     worst = size.min() if label is RimLabel.GAP else size.max()
+    place = _middle(pieces, run[np.abs(size - worst) <= _ALIKE * worst], run)
+    if label is RimLabel.GAP:
+        widths, narrowest = _at_ends(pieces, run, size, faults[other], contact)
+        if widths.min() < _CLOSES * worst:
+            size, place = floats(np.append(size, widths.min())), narrowest
     return Stretch(
-        names[own],
+        faults[own].name,
         label,
-        names[other] if other >= 0 else "",
+        faults[other].name if other >= 0 else "",
         float(size.min()),
         float(size.max()),
         float(pieces.lengths[run].sum()),
-        _middle(pieces, run[np.abs(size - worst) <= _ALIKE * worst], run),
+        place,
         floats(np.concatenate([pieces.ends[run, 0], pieces.ends[run[-1:], 1]])),
         ints(np.unique(pieces.parent[run])),
     )
+
+
+def _at_ends(
+    pieces: RimPieces, run: IntArray, size: FloatArray, other: Surface, contact: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the widths of a gap at the ends of the pieces, and the place of the least, (3,).
+
+    The way ahead is longer than the nearest one by the same share at the ends of a piece as in its middle.
+    Where the rim touches the other there is no gap: the width is infinite.
+    """
+    ends = pieces.ends[run].reshape(-1, 3)
+    middle, at = (nearest(p, other.vertices, other.triangles).distance for p in (pieces.middles[run], ends))
+    ratio = size / np.maximum(middle, np.finfo(float).tiny)
+    widths = np.where(at > contact, at * np.repeat(ratio, 2), np.inf)
+    return floats(widths), floats(ends[np.argmin(widths)])
 
 
 def _middle(pieces: RimPieces, some: IntArray, run: IntArray) -> FloatArray:
