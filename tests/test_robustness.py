@@ -13,9 +13,9 @@ from graben.errors import InputError, OutputError
 from graben.formats.stick_surface import sticks_surface
 from graben.formats.text import load_bytes
 from graben.formats.writing import write_model
-from graben.model import Fault, Model
+from graben.model import Fault, Horizon, Model
 from graben.output import require_free, whole_folder
-from graben.pipeline import RunResult, build
+from graben.pipeline import RunResult, build, check
 from graben.reading import read_model
 from graben.reports.writing import write_run
 from graben.surface import Surface
@@ -99,6 +99,26 @@ def test_a_fault_along_the_boundary_cuts_nothing_and_is_named(inward: float) -> 
     (finding,) = [f for f in result.after.findings if f.check == "trace"]
     assert finding.status.value == "warn"
     assert "boundary" in finding.message
+
+
+@pytest.mark.parametrize("gap", [0.1, 1.0, 30.0])
+@pytest.mark.parametrize("sides", [1, 2])
+def test_a_horizon_that_stops_short_of_a_fault_is_named_with_the_distance(gap: float, sides: int) -> None:
+    whole = grid_horizon(flat, step=STEP)
+    x, y, z = whole.surface.vertices.T
+    north = (y[whole.surface.triangles] >= 0).all(axis=1)
+    south = (y[whole.surface.triangles] <= 0).all(axis=1) & (sides == 2)
+    # each side has nodes of its own along the fault
+    n = len(x)
+    vertices = np.concatenate([np.stack([x, y + gap, z], axis=1), np.stack([x, y - gap, z], axis=1)])
+    triangles = np.concatenate([whole.surface.triangles[north], whole.surface.triangles[south] + n])
+    used, index = np.unique(triangles, return_inverse=True)
+    surface = Surface("H", vertices[used], index.reshape(-1, 3))
+    model = model_of(Horizon("H", surface, STEP), plane_fault((-3000.0, 0.0), (3000.0, 0.0), dip=90))
+    (finding,) = check(model).of("trace")
+    assert finding.status.value == "warn" and finding.objects == ("H", "F1")
+    assert finding.worst is not None and np.isclose(finding.worst.value, gap, rtol=0.01)
+    assert finding.message.startswith("H ends") and abs(finding.worst.y) <= gap + 1
 
 
 def test_a_fault_in_the_horizon_is_named() -> None:

@@ -11,9 +11,9 @@ import numpy as np
 from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.cutgraph import CutGraph, NodeKind
 from graben.finding import Element, Part
-from graben.model import Horizon
+from graben.model import Fault, Horizon
 from graben.proximity import nearest
-from graben.surface import Surface
+from graben.surface import Surface, boundary_edges
 from graben.validators.context import Check, CheckContext, Defect, Need, Scope, Severity
 from graben.validators.measuring.measures import amount, plural
 from graben.validators.measuring.trace_measures import (
@@ -25,13 +25,21 @@ from graben.validators.measuring.trace_measures import (
     pieces_of,
 )
 
+#: How far off a fault's rim a place of the fault lies where the fault goes on, in steps.
+_OFF_RIM = 0.5
+#: Within so many steps of a trace a boundary is that at which the trace leaves; shorter ones are no boundary.
+_AT_TRACE = 2.0
+
 
 def _run(context: CheckContext) -> list[Defect]:
     found = [_failed(h, context.evidence.errors[h.name]) for h in context.horizons if _untraced(context, h)]
     traced = context.traced()
     if traced and len(traced) == len(context.model.horizons):
         cutting = np.unique(np.concatenate([_met(graph) for _, graph in traced]))
-        idle = [f.surface for k, f in enumerate(context.model.faults) if k not in cutting]
+        short = {f.name for f in context.model.faults for h, g in traced if _short(context, h, g, f)}
+        idle = [
+            f.surface for k, f in enumerate(context.model.faults) if k not in cutting and f.name not in short
+        ]
         found += [_idle(surface, [h.surface for h, _ in traced], context.unit) for surface in idle]
     for horizon, graph in traced:
         ends = np.isin(graph.kinds, (NodeKind.EXIT, NodeKind.LOOSE)).any()
@@ -40,10 +48,53 @@ def _run(context: CheckContext) -> list[Defect]:
             objects = (horizon.name, fault.name)
             said = [_loose(context, horizon, graph, k, parts)]
             said += [judge(graph, k, objects, context.unit) for judge in (_pieces, _dropped)]
+            said.append(_short(context, horizon, graph, fault))
             defects = [d for d in said if d is not None]
             if defects:
                 found.append(_together(defects))
     return found
+
+
+def _short(context: CheckContext, horizon: Horizon, graph: CutGraph, fault: Fault) -> Defect | None:
+    """Return where a horizon ends just short of a fault that goes on above and below it.
+
+    A boundary of the horizon that runs within a step of the fault, off the fault's rim and off its trace: the
+    horizon was cut or left open there before it came, and is not cut anew.
+    """
+    surface, step = horizon.surface, horizon.step
+    edges = surface.vertices[boundary_edges(surface.triangles)]
+    middles = edges.mean(axis=1)
+    near = nearest(middles, fault.surface.vertices, fault.surface.triangles)
+    close = np.flatnonzero((near.distance > context.contact) & (near.distance < step))
+    rim = boundary_edges(fault.surface.triangles)
+    if len(rim):
+        off = nearest(near.place[close], fault.surface.vertices, rim).distance
+        close = close[off > _OFF_RIM * step]
+    number = context.model.faults.index(fault)
+    trace = graph.edges[graph.faults == number]
+    if len(trace) and len(close):
+        away = nearest(middles[close, :2], graph.nodes, trace).distance
+        close = close[away > _AT_TRACE * step]
+    along = float(np.linalg.norm(edges[close, 1] - edges[close, 0], axis=1).sum())
+    if along < _AT_TRACE * step:
+        return None
+    # the sides of a strip come near it at its corners only: the middle one says how far short it ends
+    gap = float(np.median(near.distance[close]))
+    worst = close[np.argmin(np.abs(near.distance[close] - gap))]
+    x, y, z = (float(c) for c in middles[worst])
+    return Defect(
+        (horizon.name, fault.name),
+        f"{horizon.name} ends {amount(gap, context.unit)} short of {fault.name}, along "
+        f"{amount(along, context.unit)} of its boundary, and is not cut there.",
+        "Extend the horizon across the fault, so that it can be cut at it.",
+        count=len(close),
+        value=gap,
+        unit=context.unit,
+        place=floats(middles[worst]),
+        places=floats(middles[close], -1, 3),
+        parts=(Part("short of the fault", len(close), (x, y, z), gap, context.unit),),
+        severity=Severity.WARN,
+    )
 
 
 def _together(defects: list[Defect]) -> Defect:
