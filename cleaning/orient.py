@@ -8,6 +8,7 @@ import igl
 import numpy as np
 
 from graben.arrays import ints
+from graben.cleaning.repairing import Repair, of_one_fault
 from graben.surface import Surface, triangle_normals
 
 
@@ -30,3 +31,11 @@ def _cyclic(triangles: np.ndarray) -> np.ndarray:
     """Return the triangles turned so that the least index comes first."""
     start = triangles.argmin(axis=1)[:, None]
     return np.take_along_axis(triangles, (start + np.arange(3)) % 3, axis=1)
+
+
+REPAIR = Repair(
+    "orient",
+    ("oriented",),
+    "turns triangles so that neighbours agree",
+    of_one_fault("oriented", oriented, "Triangles were turned so that neighbours agree."),
+)

@@ -1,82 +1,340 @@
-"""From findings to repairs: each acts on what fails, and proves itself by the check it answers."""
+"""From findings to repairs: each acts on what asks for it, proves itself by the checks, or is undone.
+
+One round goes through the registry in its order. The changes of a repair are made together, the model is
+checked again as far as the repair must see, and what did not help, or went beyond its limits, is undone.
+Rounds follow each other until nothing changes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
-from graben.cleaning.ledger import RepairAction
-from graben.cleaning.orient import oriented
-from graben.cleaning.weld import welded
+from graben.arrays import FloatArray
+from graben.cleaning.ledger import Left, RepairAction, measured
+from graben.cleaning.limits import ROUNDING, distances, joined
+from graben.cleaning.registry import REPAIRS
+from graben.cleaning.repairing import Change, Refusal, Repair, Task
 from graben.finding import CheckResult, Finding, Status
 from graben.model import Fault, Model
 from graben.surface import Surface
+from graben.validators.context import Evidence, Need
+
+#: Checks a model as far as a stage; in the model's own frame.
+Gate = Callable[[Model, Need], tuple[CheckResult, Evidence]]
+#: Called with the repair and what it works on, for a progress display.
+Progress = Callable[[str, str], None]
+
+#: After so many rounds the plan ends; a network needs two or three.
+MOST_ROUNDS = 6
+#: So often a repair is asked again without what did not help.
+MOST_TRIES = 4
 
 
-@dataclass(frozen=True)
-class Repair:
-    """A repair of single fault surfaces: its id, the check it answers, what it does and says."""
-
-    id: str
-    check: str
-    apply: Callable[[Surface], Surface]
-    reason: str
-
-
-#: In the order in which they are applied.
-REPAIRS: Sequence[Repair] = (
-    Repair("weld", "duplicate", welded, "Vertices at one place were merged, repeated triangles left out."),
-    Repair("orient", "oriented", oriented, "Triangles were turned so that neighbours agree."),
-)
-
-
-def known_repairs() -> tuple[str, ...]:
-    """Return the ids that `skip` in [repair] may name."""
-    return tuple(r.id for r in REPAIRS)
-
-
-def repaired(
-    model: Model, found: CheckResult, recheck: Callable[[Model], CheckResult]
-) -> tuple[Model, tuple[RepairAction, ...]]:
-    """Return the model with what fails repaired as far as a repair answers it, and the ledger.
+@dataclass(frozen=True, eq=False)
+class Repaired:
+    """What a plan came to, in the frame it was made in.
 
     Parameters
     ----------
     model : Model
-        Elevations, the input's own coordinates.
-    found : CheckResult
-        Its findings.
-    recheck : callable
-        Checks a model. A repair after which its check still fails on a surface is undone there.
+        With the repaired faults.
+    actions : tuple of RepairAction
+        What was done, in order.
+    left : tuple of Left
+        What repairs looked at and left; findings without any repair are not among them.
+    lineage : mapping of str to str
+        By the name of each fault of the model: the fault of the input that it came from.
     """
-    actions: list[RepairAction] = []
-    for repair in REPAIRS:
-        if repair.id in model.repair.skip:
-            continue
-        failing = {n: f for f in found.of(repair.check) if f.status is Status.FAIL for n in f.objects}
-        if not any(f.name in failing for f in model.faults):
-            continue
-        trial = _with(model, {f.name: repair.apply(f.surface) for f in model.faults if f.name in failing})
-        after = recheck(trial)
-        left = {n for f in after.of(repair.check) if f.status is Status.FAIL for n in f.objects}
-        kept = {f.name: f.surface for f in trial.faults if f.name in failing and f.name not in left}
-        model = _with(model, kept)
-        found = after if not left & set(failing) else recheck(model)
-        actions += [_action(repair, failing[name]) for name in kept]
-    return model, tuple(actions)
+
+    model: Model
+    actions: tuple[RepairAction, ...]
+    left: tuple[Left, ...]
+    lineage: Mapping[str, str]
 
 
-def _with(model: Model, surfaces: dict[str, Surface]) -> Model:
-    """Return the model with other surfaces for some of its faults."""
-    faults = tuple(Fault(surfaces.get(f.name, f.surface), f.gamma) for f in model.faults)
-    return replace(model, faults=faults)
+def repaired(model: Model, gate: Gate, progress: Progress, found: tuple[CheckResult, Evidence]) -> Repaired:
+    """Return the model with what asks for repair repaired as far as that goes.
+
+    Parameters
+    ----------
+    model : Model
+        In its local frame.
+    gate : callable
+        Checks a model.
+    progress : callable
+        Told of each repair.
+    found : tuple of CheckResult and Evidence
+        What the gate says of the model, all stages.
+    """
+    work = _Work(model, gate, found)
+    for _ in range(MOST_ROUNDS):
+        before = work.model
+        for repair in REPAIRS:
+            if repair.id not in model.repair.skip:
+                work.attempt(repair, progress)
+        if work.model is before:
+            break
+    return Repaired(
+        work.model, tuple(work.actions), tuple(work.left.values()), MappingProxyType(dict(work.lineage))
+    )
 
 
-def _action(repair: Repair, finding: Finding) -> RepairAction:
-    place = None
-    if len(finding.places):
-        x, y, z = (float(c) for c in np.asarray(finding.places[0]))
-        place = (x, y, z)
-    return RepairAction(repair.id, repair.check, finding.objects, finding.count, 0.0, place, repair.reason)
+class _Work:
+    """The state of a plan: the model so far, what was done to it, and what was tried in vain."""
+
+    def __init__(self, model: Model, gate: Gate, found: tuple[CheckResult, Evidence]) -> None:
+        self.model = model
+        self.actions: list[RepairAction] = []
+        self.left: dict[tuple[str, str, tuple[str, ...]], Left] = {}
+        self.lineage = {f.name: f.name for f in model.faults}
+        self._references = {f.name: f.surface for f in model.faults}
+        self._gate = gate
+        self._seen = (model, Need.ANCHORS, *found)
+        #: by repair and names: the surfaces on which it was tried in vain
+        self._vain: dict[tuple[str, frozenset[str]], tuple[Surface, ...]] = {}
+
+    def attempt(self, repair: Repair, progress: Progress) -> None:
+        """Let one repair do what helps, asking it again without what does not."""
+        for key in [k for k in self.left if k[0] == repair.id]:
+            del self.left[key]
+        for _ in range(MOST_TRIES):
+            result, evidence = self._checked(repair.need)
+            findings = self._asking(repair, result)
+            if not findings or (repair.need >= Need.COMPLEX and evidence.complex is None):
+                return
+            progress("repair", f"{repair.id}, {len(findings)} findings")
+            vetoed = self._vetoed(repair)
+            proposed = repair.propose(
+                Task(self.model, findings, evidence, MappingProxyType(dict(self._references)), vetoed)
+            )
+            for refusal in proposed:
+                if isinstance(refusal, Refusal):
+                    self._leave(repair, refusal)
+            changes = _disjoint([c for c in proposed if isinstance(c, Change)], vetoed)
+            if not changes or not self._judged(repair, changes, result):
+                return
+
+    def _judged(self, repair: Repair, changes: list[Change], before: CheckResult) -> bool:
+        """Keep of some changes those that help; return whether the repair is to be asked again."""
+        undone = [c for c in changes if self._beyond(repair, c)]
+        changes = [c for c in changes if c not in undone]
+        while changes:
+            trial = _applied(self.model, changes)
+            after, evidence = self._gate(trial, repair.need)
+            bad = [c for c in changes if not self._helps(repair, c, before, after)]
+            for change in bad:
+                self._in_vain(repair, change, before, after)
+            if not bad:
+                self._accept(repair, changes, trial)
+                self._seen = (trial, repair.need, after, evidence)
+                return True
+            undone += bad
+            changes = [c for c in changes if c not in bad]
+        return bool(undone)
+
+    def _asking(self, repair: Repair, result: CheckResult) -> tuple[Finding, ...]:
+        return tuple(f for f in result.findings if _asks(repair, f, self.model))
+
+    def _checked(self, need: Need) -> tuple[CheckResult, Evidence]:
+        """Return the findings of the model as far as a stage, made anew only where it has changed."""
+        if self._seen[0] is not self.model or self._seen[1] < need:
+            self._seen = (self.model, need, *self._gate(self.model, need))
+        return self._seen[2], self._seen[3]
+
+    def _vetoed(self, repair: Repair) -> frozenset[frozenset[str]]:
+        """Return what a repair was tried on in vain, where the surfaces are still the same."""
+        now = {f.name: f.surface for f in self.model.faults}
+        return frozenset(
+            names
+            for (tried, names), surfaces in self._vain.items()
+            if tried == repair.id and all(now.get(s.name) is s for s in surfaces)
+        )
+
+    def _beyond(self, repair: Repair, change: Change) -> bool:
+        """Return whether a change moves a vertex further than allowed, and note it."""
+        for old, new in change.surfaces.items():
+            limit = self.model.max_move(self._fault(old))
+            for surface in new:
+                away = distances(surface, self._measured_from(old, surface.name, change))
+                far = int(np.argmax(away)) if len(away) else 0
+                if len(away) and away[far] > limit * (1.0 + ROUNDING):
+                    self._give_up(repair, frozenset(change.surfaces))
+                    reason = (
+                        f"{repair.id} would move {old} by {away[far]:.3g}, more than max_move = {limit:.3g}."
+                    )
+                    self._leave(
+                        repair,
+                        Refusal(
+                            change.steps[0].check,
+                            change.steps[0].objects,
+                            reason,
+                            "Raise max_move in [repair], or repair it by hand.",
+                            surface.vertices[far],
+                            float(away[far] - limit),
+                            "model units",
+                        ),
+                    )
+                    return True
+        return False
+
+    def _measured_from(self, old: str, new: str, change: Change) -> list[Surface]:
+        added = [change.declared[name] for name in (old, new) if name in change.declared]
+        return [self._references[old], *added]
+
+    def _helps(self, repair: Repair, change: Change, before: CheckResult, after: CheckResult) -> bool:
+        """Return whether the findings that a change answers shrink, and no more checks fail than before.
+
+        Of a surface that no check could look at, more becomes known once they can.
+        """
+        old = frozenset(change.surfaces)
+        new = frozenset(s.name for made in change.surfaces.values() for s in made) | old
+        own = [
+            _trouble(f for f in result.findings if _asks(repair, f, self.model) and names & set(f.objects))
+            for result, names in ((before, old), (after, new))
+        ]
+        if own[1] >= own[0]:
+            return False
+        return "finite" in repair.checks or len(_failing(after, new)) <= len(_failing(before, old))
+
+    def _in_vain(self, repair: Repair, change: Change, before: CheckResult, after: CheckResult) -> None:
+        """Note what of a change did not help: pairs of faults that are worse now, or else all of it."""
+        names = frozenset(s.name for made in change.surfaces.values() for s in made) | set(change.surfaces)
+        faults = {f.name for f in self.model.faults}
+        known = {(f.check, f.objects): _trouble([f]) for f in _failing(before, names)}
+        worse = [
+            f for f in _failing(after, names) if _trouble([f]) >= known.get((f.check, f.objects), (np.inf,))
+        ]
+        pairs = {frozenset(faults.intersection(f.objects)) for f in worse}
+        pairs = {p for p in pairs if len(p) > 1 and p != frozenset(change.surfaces)}
+        for group in pairs or {frozenset(change.surfaces)}:
+            self._give_up(repair, group)
+        step = change.steps[0]
+        said = f"; then {worse[0].message[0].lower()}{worse[0].message[1:]}" if worse else ""
+        self._leave(
+            repair,
+            Refusal(
+                step.check,
+                step.objects,
+                f"{repair.id} was tried and undone: it did not help{said}".rstrip(".") + ".",
+            ),
+        )
+
+    def _give_up(self, repair: Repair, names: frozenset[str]) -> None:
+        surfaces = tuple(f.surface for f in self.model.faults if f.name in names)
+        self._vain[repair.id, names] = surfaces
+
+    def _accept(self, repair: Repair, changes: Sequence[Change], trial: Model) -> None:
+        """Take the changes over and write the ledger."""
+        for change in changes:
+            old = [self._fault(name).surface for name in change.surfaces]
+            new = [s for made in change.surfaces.values() for s in made]
+            most = 0.0
+            for name, made in change.surfaces.items():
+                for surface in made:
+                    added = [change.declared[n] for n in (name, surface.name) if n in change.declared]
+                    away = distances(surface, [self._fault(name).surface, *added])
+                    most = max(most, float(away.max(initial=0.0)))
+            before, after = tuple(map(measured, old)), tuple(map(measured, new))
+            for step in change.steps:
+                self.actions.append(
+                    RepairAction(
+                        repair.id,
+                        step.check,
+                        step.objects,
+                        step.count,
+                        most,
+                        _place(step.place),
+                        step.reason,
+                        step.size,
+                        step.unit,
+                        before,
+                        after,
+                    )
+                )
+        for change in changes:
+            for name, made in change.surfaces.items():
+                reference, origin = self._references.pop(name), self.lineage.pop(name)
+                for surface in made:
+                    extra = [
+                        change.declared[n]
+                        for n in dict.fromkeys((name, surface.name))
+                        if n in change.declared
+                    ]
+                    for patch in extra:
+                        reference = joined(reference, patch)
+                    self._references[surface.name] = replace(reference, name=surface.name)
+                    self.lineage[surface.name] = origin
+        self.model = trial
+
+    def _leave(self, repair: Repair, refusal: Refusal) -> None:
+        key = (repair.id, refusal.check, refusal.objects)
+        self.left[key] = Left(
+            refusal.check,
+            refusal.objects,
+            repair.id,
+            _place(refusal.place),
+            refusal.reason,
+            refusal.advice,
+            refusal.needed,
+            refusal.unit,
+        )
+
+    def _fault(self, name: str) -> Fault:
+        return next(f for f in self.model.faults if f.name == name)
+
+
+def _asks(repair: Repair, finding: Finding, model: Model) -> bool:
+    """Return whether a finding asks for a repair: of its checks, wanted, and of a fault."""
+    wanted = finding.check in repair.checks and repair.answers(finding, model)
+    return wanted and bool({f.name for f in model.faults}.intersection(finding.objects))
+
+
+def _trouble(findings: Iterable[Finding]) -> tuple[float, ...]:
+    """Return how bad some findings are: how many fail, how many there are, and what they count."""
+    own = list(findings)
+    return (
+        float(sum(f.status is Status.FAIL for f in own)),
+        float(len(own)),
+        float(sum(f.count for f in own)),
+    )
+
+
+def _failing(result: CheckResult, names: Iterable[str]) -> list[Finding]:
+    """Return the findings that fail and concern one of some surfaces."""
+    some = set(names)
+    return [f for f in result.findings if f.status is Status.FAIL and some.intersection(f.objects)]
+
+
+def _disjoint(changes: Iterable[Change], vetoed: frozenset[frozenset[str]]) -> list[Change]:
+    """Return changes of which no two concern the same fault, those first proposed, without the vetoed."""
+    taken: set[str] = set()
+    kept = []
+    for change in changes:
+        names = frozenset(change.surfaces)
+        if not taken & names and names not in vetoed:
+            taken |= names
+            kept.append(change)
+    return kept
+
+
+def _applied(model: Model, changes: Sequence[Change]) -> Model:
+    """Return the model with the changes made; parts of a split fault follow it."""
+    made = {name: surfaces for change in changes for name, surfaces in change.surfaces.items()}
+    faults: list[Fault] = []
+    for fault in model.faults:
+        if fault.name in made:
+            faults += [Fault(surface, fault.gamma) for surface in made[fault.name]]
+        else:
+            faults.append(fault)
+    return replace(model, faults=tuple(faults))
+
+
+def _place(place: FloatArray | None) -> tuple[float, float, float] | None:
+    if place is None:
+        return None
+    x, y, z = (float(c) for c in place)
+    return x, y, z

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from graben.arrays import ints
+from graben.cleaning.repairing import Repair, of_one_fault
 from graben.surface import Surface
 
 
@@ -38,3 +39,11 @@ def welded(surface: Surface) -> Surface:
         triangles=ints(index[surface.triangles[chosen]]),
         lines=lines,
     )
+
+
+REPAIR = Repair(
+    "weld",
+    ("duplicate",),
+    "merges vertices equal to the bit and leaves out repeated triangles",
+    of_one_fault("duplicate", welded, "Vertices at one place were merged, repeated triangles left out."),
+)

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from graben.model import Model as Model
     from graben.pipeline import build as build
     from graben.pipeline import check as check
-    from graben.pipeline import repair as repair
     from graben.reading import read_model as read_model
+    from graben.repairs import repair as repair
     from graben.surface import Surface as Surface
 
 __version__ = "0.1.0"
@@ -32,7 +32,7 @@ _HOMES = {
     "build": "graben.pipeline",
     "check": "graben.pipeline",
     "read_model": "graben.reading",
-    "repair": "graben.pipeline",
+    "repair": "graben.repairs",
 }
 
 __all__ = [*_HOMES]  # noqa: PLE0604  a literal list would be a second place for the names

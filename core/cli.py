@@ -24,7 +24,7 @@ from graben.errors import GrabenError, InputError, OutputError  # noqa: E402
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from graben.pipeline import Progress
+    from graben.stages import Progress
 
 _INTERRUPTED = 130
 _STDERR = 2

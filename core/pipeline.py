@@ -2,71 +2,25 @@
 
 from __future__ import annotations
 
-import resource
-import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from scipy.spatial import cKDTree
-
-from graben.arrays import FloatArray, floats
-from graben.cleaning.ledger import RepairAction
-from graben.cleaning.planner import repaired
-from graben.complexes import Complex
+from graben.cleaning.ledger import Left, RepairAction
 from graben.cutgraph import CutGraph
 from graben.errors import ModelingError
 from graben.finding import CheckResult, Profile
-from graben.model import Horizon, Model
+from graben.model import Model
 from graben.modeling.building import rebuilt
-from graben.modeling.filling import ON_GRID, filled
-from graben.modeling.preparation import CutHorizon, prepared
-from graben.modeling.refinement import refined
 from graben.modeling.results import HorizonResult
 from graben.modeling.scoring import score
-from graben.modeling.tracing import cut_graph
-from graben.validators.context import Anchoring, Evidence
-from graben.validators.runner import run_checks, shifted
+from graben.repairs import Look, mended
+from graben.stages import Progress, examined, peak_memory_mb, quiet
 
 if TYPE_CHECKING:
     import pyvista
-
-#: Called with a stage and what it works on, for a progress display.
-Progress = Callable[[str, str], None]
-
-
-@dataclass(frozen=True, eq=False)
-class RepairResult:
-    """A repaired model, the ledger, and the findings before and after."""
-
-    model: Model
-    actions: tuple[RepairAction, ...]
-    before: CheckResult
-    after: CheckResult
-
-    def __repr__(self) -> str:
-        lines = [
-            f"Repair: {len(self.actions)} actions, {'passed' if self.after.passed else 'not passed'} after"
-        ]
-        lines += [f"  {a.action:<8} {', '.join(a.objects)}: {a.reason} ({a.count})" for a in self.actions]
-        return "\n".join(lines)
-
-    def to_pyvista(self) -> pyvista.MultiBlock:
-        """Return the surfaces of the repaired model as a named ``pyvista.MultiBlock``."""
-        return self.model.to_pyvista()
-
-    def _repr_html_(self) -> str:
-        from html import escape
-
-        rows = "".join(
-            f"<tr><td>{escape(a.action)}</td><td>{escape(', '.join(a.objects))}</td><td>{a.count}</td>"
-            f"<td>{escape(a.reason)}</td></tr>"
-            for a in self.actions
-        )
-        table = f"<table><tr><th>repair</th><th>objects</th><th>count</th><th>reason</th></tr>{rows}</table>"
-        return table + self.after._repr_html_()
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +39,8 @@ class RunResult:
         The rebuilt horizons.
     not_modeled : mapping of str to str
         Why a horizon was not modeled, by its name.
+    left : tuple of Left
+        What repair left, and why.
     timings : mapping of str to float
         Seconds of each stage.
     peak_memory_mb : float
@@ -98,6 +54,7 @@ class RunResult:
     after: CheckResult
     horizons: tuple[HorizonResult, ...]
     not_modeled: Mapping[str, str]
+    left: tuple[Left, ...] = ()
     timings: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     peak_memory_mb: float = 0.0
 
@@ -130,72 +87,6 @@ class RunResult:
         return pyvista.MultiBlock(blocks)
 
 
-class _Stages:
-    """What the modeling stage gives to the checks, kept for the modeling itself."""
-
-    def __init__(self, progress: Progress) -> None:
-        self.seconds = 0.0
-        self.ready: dict[str, CutHorizon] = {}
-        self.warnings: dict[str, tuple[str, ...]] = {}
-        self._filled: dict[str, Horizon] = {}
-        self._progress = progress
-
-    def complex(self, model: Model) -> Complex:
-        """Return the common refinement of the faults."""
-        start = time.perf_counter()
-        self._progress("intersect", f"{len(model.faults)} faults")
-        network = refined([f.surface for f in model.faults])
-        self.seconds += time.perf_counter() - start
-        return network
-
-    def graph(self, model: Model, horizon: Horizon, complex: Complex) -> CutGraph:
-        """Return the cut graph of a horizon, its crossed holes filled first."""
-        start = time.perf_counter()
-        self._progress("trace", horizon.name)
-        whole, count = horizon, 0
-        for fault in model.faults:
-            whole, more = filled(whole, (fault,), model.gamma(fault, horizon))
-            count += more
-        if count:
-            self.warnings[horizon.name] = (
-                f"{count} undefined nodes were filled in holes crossed by a fault.",
-            )
-        self._filled[horizon.name] = whole
-        graph = replace(cut_graph(model, whole, complex), filled=_added(horizon, whole))
-        self.seconds += time.perf_counter() - start
-        return graph
-
-    def anchoring(self, model: Model, horizon: Horizon, graph: CutGraph) -> tuple[Anchoring, ...]:
-        """Return how each subdomain is held; the cut horizon is kept for the modeling."""
-        start = time.perf_counter()
-        self._progress("triangulate", horizon.name)
-        made = prepared(model, self._filled[horizon.name], graph)
-        self.ready[horizon.name] = made
-        self.seconds += time.perf_counter() - start
-        return made.anchors
-
-
-def _added(horizon: Horizon, whole: Horizon) -> FloatArray:
-    """Return the nodes that a horizon has only since its holes were filled, shape (k, 3)."""
-    nodes = whole.surface.vertices
-    if whole is horizon:
-        return nodes[:0]
-    away = cKDTree(horizon.surface.vertices[:, :2]).query(nodes[:, :2])[0]
-    return floats(nodes[away > ON_GRID * horizon.step])
-
-
-def _quiet(stage: str, what: str) -> None:
-    """Report no progress."""
-
-
-def _examined(model: Model, profile: Profile, progress: Progress) -> tuple[CheckResult, Evidence, _Stages]:
-    """Return the findings in the model's coordinates, and what was computed in its local frame."""
-    origin = model.local_origin()
-    stages = _Stages(progress)
-    result, evidence = run_checks(model.moved(-origin), profile, stages)
-    return shifted(result, origin), evidence, stages
-
-
 @dataclass(frozen=True, eq=False)
 class Examination:
     """What the gate found and what it saw; coordinates are the input's, z is elevation.
@@ -226,11 +117,9 @@ def examine(
 ) -> Examination:
     """Return the findings of every check with what a report of them shows; parameters as of :func:`check`."""
     begin = time.perf_counter()
-    result, evidence, _ = _examined(model, Profile(profile), progress or _quiet)
+    result, evidence, _ = examined(model, Profile(profile), progress or quiet)
     graphs = {name: graph.moved(model.local_origin()) for name, graph in evidence.graphs.items()}
-    return Examination(
-        model, result, MappingProxyType(graphs), time.perf_counter() - begin, _peak_memory_mb()
-    )
+    return Examination(model, result, MappingProxyType(graphs), time.perf_counter() - begin, peak_memory_mb())
 
 
 def check(model: Model, profile: Profile | str = Profile.EXTENDED) -> CheckResult:
@@ -243,19 +132,7 @@ def check(model: Model, profile: Profile | str = Profile.EXTENDED) -> CheckResul
     profile : Profile or str
         "paper" or "extended".
     """
-    return _examined(model, Profile(profile), _quiet)[0]
-
-
-def repair(model: Model, profile: Profile | str = Profile.EXTENDED) -> RepairResult:
-    """Return the model with what fails under the profile repaired, and the ledger of every change.
-
-    This version merges duplicates and turns triangles; every other finding is left and listed.
-    """
-    profile = Profile(profile)
-    before = check(model, profile)
-    mended, actions = repaired(model, before, lambda m: check(m, profile))
-    after = check(mended, profile) if actions else before
-    return RepairResult(mended, actions, before, after)
+    return examined(model, Profile(profile), quiet)[0]
 
 
 def build(
@@ -281,43 +158,49 @@ def build(
         Called with the stage and what it works on.
     """
     begin = time.perf_counter()
-    profile, say = Profile(profile), progress or _quiet
+    profile, say = Profile(profile), progress or quiet
     say("check", model.name)
-    before, evidence, stages = _examined(model, profile, say)
-    checked = time.perf_counter()
-    triangulating = stages.seconds
-    mended, after = model, before
     actions: tuple[RepairAction, ...] = ()
-    if mend and not before.passed:
-        say("repair", model.name)
-        mended, actions = repaired(model, before, lambda m: check(m, profile))
-    mending = time.perf_counter() - checked
-    if actions:
-        after, evidence, stages = _examined(mended, profile, say)
-        triangulating += stages.seconds
-    checking = time.perf_counter() - begin - mending - triangulating
-    horizons, not_modeled = _modeled(mended, evidence, stages, say)
+    left: tuple[Left, ...] = ()
+    if mend:
+        done, look = mended(model, profile, say)
+        whole, before, after = done.model, done.before, done.after
+        actions, left = done.actions, done.left
+    else:
+        before, evidence, stages = examined(model, profile, say)
+        whole, after = model, before
+        spent = time.perf_counter() - begin - stages.seconds
+        look = Look(model.local_origin(), evidence, stages, spent)
+    mending = time.perf_counter() - begin - look.seconds - look.stages.seconds
+    horizons, not_modeled = _modeled(whole, look, say)
     seconds = {key: sum(h.seconds.get(key, 0.0) for h in horizons) for key in ("solve", "move", "deform")}
     iterations = sum(s.iterations for h in horizons for s in h.subdomains)
     timings = {
-        "check": checking,
+        "check": look.seconds,
         "repair": mending,
-        "triangulate": triangulating,
+        "triangulate": look.stages.seconds,
         **seconds,
         "write": 0.0,
         "total": time.perf_counter() - begin,
         "per_iteration": sum(seconds.values()) / iterations if iterations else 0.0,
     }
     return RunResult(
-        model, before, actions, mended, after, tuple(horizons), not_modeled, timings, _peak_memory_mb()
+        model,
+        before,
+        actions,
+        whole,
+        after,
+        tuple(horizons),
+        not_modeled,
+        left,
+        timings,
+        peak_memory_mb(),
     )
 
 
-def _modeled(
-    model: Model, evidence: Evidence, stages: _Stages, say: Progress
-) -> tuple[list[HorizonResult], dict[str, str]]:
+def _modeled(model: Model, look: Look, say: Progress) -> tuple[list[HorizonResult], dict[str, str]]:
     """Return the rebuilt horizons in the model's coordinates, and why the others are missing."""
-    origin = model.local_origin()
+    origin, evidence, stages = look.origin, look.evidence, look.stages
     local = model.moved(-origin)
     horizons: list[HorizonResult] = []
     not_modeled: dict[str, str] = {}
@@ -341,9 +224,3 @@ def _modeled(
             result = replace(result, score=score(model.truth, result, model.faults))
         horizons.append(result)
     return horizons, not_modeled
-
-
-def _peak_memory_mb() -> float:
-    """Return the largest resident memory of this process so far, MiB."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1024.0**2 if sys.platform == "darwin" else 1024.0)

@@ -12,7 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 from graben.arrays import FloatArray, bools, floats, ints
-from graben.cleaning.planner import known_repairs
+from graben.cleaning.registry import known_repairs
 from graben.errors import InputError, ModelingError
 from graben.formats.irap import grid_surface, read_irap
 from graben.formats.kinds import Kind, kind_of

@@ -13,7 +13,7 @@ import numpy as np
 
 from graben.arrays import IntArray, ints
 from graben.errors import ModelingError
-from graben.modeling.refinement import component_labels
+from graben.refinement import component_labels
 from graben.modeling.triangulation import PlanMesh
 from graben.surface import edge_sharing, edge_table
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from graben.arrays import IntArray
 from graben.complexes import Complex
-from graben.modeling.refinement import refined
+from graben.refinement import refined
 from graben.surface import Surface, boundary_edges
 
 #: How far the wall reaches beyond the faults and the horizon, as a share of their height.

@@ -9,7 +9,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray
-from graben.modeling.refinement import component_labels
+from graben.refinement import component_labels
 from graben.modeling.resampling import Trace
 from graben.proximity import nearest
 from graben.surface import Surface, boundary_edges

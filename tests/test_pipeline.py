@@ -14,8 +14,9 @@ from graben.demo import write
 from graben.model import Fault, Horizon
 from graben.modeling.fitting import fit_points
 from graben.modeling.results import HorizonResult, Score
-from graben.pipeline import build, check, repair
+from graben.pipeline import build, check
 from graben.reading import read_model
+from graben.repairs import repair
 from graben.surface import Surface
 from tests.models import grid_horizon, model_of, model_of_demo, plane_fault
 

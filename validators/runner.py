@@ -25,7 +25,9 @@ from graben.validators.measuring.contacts import contacts
 from graben.validators.registry import CHECKS
 
 
-def run_checks(model: Model, profile: Profile, providers: Providers) -> tuple[CheckResult, Evidence]:
+def run_checks(
+    model: Model, profile: Profile, providers: Providers, through: Need = Need.ANCHORS
+) -> tuple[CheckResult, Evidence]:
     """Run every check that can run.
 
     The surfaces are looked at first; the complex, the cut graphs and the anchoring are asked of
@@ -39,6 +41,8 @@ def run_checks(model: Model, profile: Profile, providers: Providers) -> tuple[Ch
         Which defects fail.
     providers : Providers
         What computes the rest.
+    through : Need
+        The last stage to run; checks of later ones are left out of the result.
 
     Returns
     -------
@@ -50,7 +54,7 @@ def run_checks(model: Model, profile: Profile, providers: Providers) -> tuple[Ch
     names = tuple(h.name for h in model.horizons)
     context = CheckContext(model, frozenset(), Evidence(horizons=names))
     said: dict[str, list[Finding]] = {}
-    for need in Need:
+    for need in (n for n in Need if n <= through):
         context = _supplied(context, providers, need)
         for check in CHECKS:
             if (check.stage or check.need) is need:
@@ -62,7 +66,7 @@ def run_checks(model: Model, profile: Profile, providers: Providers) -> tuple[Ch
                     context = replace(context, sound=frozenset(s.name for s in model.surfaces) - unfit)
     order = {s.name: k for k, s in enumerate(model.surfaces)}
     findings: list[Finding] = []
-    for check in CHECKS:
+    for check in (c for c in CHECKS if (c.stage or c.need) <= through):
         own = sorted(said.get(check.id, ()), key=lambda f: [order[name] for name in f.objects])
         findings += own or [_empty(check, context)]
     return CheckResult(profile, tuple(findings), model.z_factor), context.evidence

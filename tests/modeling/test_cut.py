@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from graben.cutgraph import NodeKind
 from graben.model import Fault, Model
 from graben.modeling.cutting import opened
-from graben.modeling.refinement import refined
 from graben.modeling.tracing import cut_graph, exact_trace
 from graben.modeling.triangulation import triangulated
+from graben.refinement import refined
 from graben.surface import edge_sharing, edge_table, strong_components
 from tests.models import grid_horizon, model_of, plane_fault
 
@@ -209,7 +209,7 @@ def test_euler_count_of_random_segments(segments: list[tuple[int, int, int, int]
     outer = graph.kinds == NodeKind.EXIT
     merged = np.where(outer, count, np.arange(count))
     edges = merged[graph.edges]
-    from graben.modeling.refinement import component_labels
+    from graben.refinement import component_labels
 
     nodes = np.append(np.unique(merged), count) if not outer.any() else np.unique(merged)
     index = np.searchsorted(nodes, edges)

@@ -9,8 +9,8 @@ import shapely
 from graben.cutgraph import NodeKind
 from graben.model import Fault, Model
 from graben.modeling.preparation import prepared
-from graben.modeling.refinement import refined
 from graben.modeling.tracing import cut_graph
+from graben.refinement import refined
 from graben.surface import Surface
 from tests.zoo.networks import around, cut, field, pipe, plane
 from tests.zoo.shapes import STEP

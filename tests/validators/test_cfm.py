@@ -10,7 +10,7 @@ import pytest
 from graben.finding import Profile, Status
 from graben.formats.tsurf import read_tsurf
 from graben.model import Fault, Model
-from graben.pipeline import _examined, _quiet
+from graben.stages import examined, quiet
 from graben.surface import strong_components
 from graben.validators.measuring.contacts import ContactKind
 from graben.validators.simplicial_complex import WITHIN_CONTACT
@@ -39,7 +39,7 @@ def cfm():
         pytest.skip(f"no files in {DATA}")
     surfaces = [t.surface for file in files for t in read_tsurf(file)]
     names = [s.name for s in surfaces]
-    result, evidence, _ = _examined(Model("cfm", (), tuple(map(Fault, surfaces))), Profile.EXTENDED, _quiet)
+    result, evidence, _ = examined(Model("cfm", (), tuple(map(Fault, surfaces))), Profile.EXTENDED, quiet)
     pairs, joined = touching_pairs(surfaces)
 
     def named(which):

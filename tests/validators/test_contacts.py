@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graben.modeling.refinement import refined
+from graben.refinement import refined
 from graben.surface import Surface
 from graben.validators.measuring.contacts import Contact, ContactKind, contacts
 from graben.validators.measuring.leaving import broken_by_holes

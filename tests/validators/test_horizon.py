@@ -17,10 +17,10 @@ from graben.cutgraph import CutGraph
 from graben.demo import SyntheticModel
 from graben.finding import Element, Finding, Status
 from graben.model import Horizon, Model
-from graben.modeling.refinement import refined
 from graben.modeling.tracing import cut_graph
 from graben.pipeline import check
 from graben.reading import read_model
+from graben.refinement import refined
 from graben.validators.context import CheckContext, Defect, Evidence
 from graben.validators.horizon import CHECK
 from graben.validators.measuring.flanks import robust_fit

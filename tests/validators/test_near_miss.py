@@ -11,9 +11,9 @@ import pytest
 from graben.demo import build
 from graben.finding import Element
 from graben.formats.tsurf import read_tsurf
-from graben.modeling.refinement import refined
 from graben.proximity import nearest
 from graben.reading import read_model
+from graben.refinement import refined
 from graben.settings import ContactRule, RepairSettings
 from graben.surface import Surface, boundary_edges
 from graben.validators.context import CheckContext, Evidence

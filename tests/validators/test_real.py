@@ -12,8 +12,8 @@ import pytest
 
 from graben.finding import CheckResult, Profile, Status
 from graben.model import Model
-from graben.pipeline import _examined, _quiet
 from graben.reading import read_model
+from graben.stages import examined, quiet
 from graben.surface import Surface
 from graben.validators.context import Evidence
 from graben.validators.measuring.contacts import ContactKind
@@ -34,7 +34,7 @@ def looked_at(name: str) -> Seen:
     if not path.is_file():
         pytest.skip(f"no {path}")
     model = read_model(path)
-    return Seen(model, *_examined(model, Profile.EXTENDED, _quiet)[:2])
+    return Seen(model, *examined(model, Profile.EXTENDED, quiet)[:2])
 
 
 def pierces(surface: Surface, other: Surface) -> bool:

@@ -9,7 +9,7 @@ from functools import cache
 from importlib import import_module
 
 from graben.finding import CheckResult, Profile
-from graben.pipeline import _examined, _quiet
+from graben.stages import examined, quiet
 from graben.validators.context import Evidence
 from graben.validators.registry import known_ids
 from tests.zoo.cases import Case
@@ -23,5 +23,5 @@ PASSING: tuple[Case, ...] = tuple(case for module in _MODULES for case in module
 @cache
 def said(case: Case, profile: Profile) -> tuple[CheckResult, Evidence]:
     """What the gate says of a case, and what it saw in the model's local frame; run once."""
-    result, evidence, _ = _examined(case.model, profile, _quiet)
+    result, evidence, _ = examined(case.model, profile, quiet)
     return result, evidence

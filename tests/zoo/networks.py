@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from graben.model import Fault, Horizon, Model
-from graben.modeling.refinement import refined
+from graben.refinement import refined
 from graben.settings import Parameters
 from graben.surface import Surface
 from tests.zoo.shapes import STEP, sheet
