@@ -125,7 +125,9 @@ class _Work:
         while changes:
             trial = _applied(self.model, changes)
             after, evidence = self._gate(trial, repair.need)
-            bad = [c for c in changes if not self._helps(repair, c, before, after)]
+            # what keeps the faults from being looked at together hides findings, and does not help
+            blind = repair.need >= Need.COMPLEX and evidence.complex is None
+            bad = [c for c in changes if blind or not self._helps(repair, c, before, after)]
             for change in bad:
                 self._in_vain(repair, change, before, after)
             if not bad:

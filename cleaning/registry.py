@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from graben.cleaning import orient, weld
+from graben.cleaning import contacts, orient, weld
 from graben.cleaning.repairing import Repair
 
 #: Every repair: what others build on comes first.
-REPAIRS: tuple[Repair, ...] = (weld.REPAIR, orient.REPAIR)
+REPAIRS: tuple[Repair, ...] = (weld.REPAIR, orient.REPAIR, contacts.REPAIR)
 
 
 def known_repairs() -> tuple[str, ...]:

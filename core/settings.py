@@ -63,6 +63,7 @@ class RepairSettings(_Section):
     max_extension: Positive | None = None
     dip_floor: Angle = 1.0
     steepen: bool = False
+    warnings: bool = True
     skip: tuple[str, ...] = Field(default=(), strict=False)
 
 

@@ -1,0 +1,280 @@
+"""contacts: faults that meet share edges; gaps are closed, stubs cut back, rims put exactly on other faults.
+
+Answers `simplicial-complex`, `near-miss` and `junction-values`. Faults that meet are worked on together, as
+one complex: what is done to a vertex or an edge that several of them have is done to all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from graben.arrays import FloatArray, IntArray, floats
+from graben.cleaning.complex_mesh import Net, Tables
+from graben.cleaning.complex_passes import Goal
+from graben.cleaning.conforming import bettered, conformed, divided, stacked, surfaces_of, torn, welded
+from graben.cleaning.extension import extended
+from graben.cleaning.imprint import imprinted
+from graben.cleaning.limits import joined
+from graben.cleaning.meetings import Decision, What, chain_of, decided, linked
+from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
+from graben.cleaning.rim_chains import ways_on
+from graben.errors import GrabenError
+from graben.finding import Finding, Status
+from graben.model import Model
+from graben.proximity import nearest
+from graben.surface import Surface, triangle_areas
+from graben.validators.context import Need
+from graben.validators.measuring.hits import TriangleTree
+from graben.validators.measuring.measures import amount, components
+
+#: Least angle that triangles along branch lines are brought to where their surroundings allow it, degrees.
+ANGLE = 10.0
+#: How far a line may be led off the surfaces: share of max_move, and of the median edge.
+OFF, OFF_EDGE = 0.25, 0.05
+#: Share of the contact distance within which vertices of the exact refinement are one.
+NOISE = 0.1
+#: A way beyond a rim is looked along for so many times the gap.
+_FURTHER = 1.5
+#: Share of a fault's area that is cut back as a stub; more is a matter for a person.
+MOST_CUT = 0.1
+#: Share of a gap by which the rim of an extension may miss the other fault and is then moved onto it.
+_LANDING = 0.25
+
+
+def _answers(finding: Finding, model: Model) -> bool:
+    """Return whether a finding asks for it: one that fails, and gaps and stubs, which only warn."""
+    warns = finding.check == "near-miss" and finding.status is Status.WARN and model.repair.warnings
+    return finding.status is Status.FAIL or warns
+
+
+def _propose(task: Task) -> list[Change | Refusal]:
+    decisions, refusals = decided(task)
+    proposed: list[Change | Refusal] = list(refusals)
+    for group in linked(task, decisions):
+        inside = [d for d in decisions if d.own in group and d.other in group]
+        proposed += _worked(task, group, inside)
+    return proposed
+
+
+def _worked(task: Task, group: Sequence[int], decisions: Sequence[Decision]) -> list[Change | Refusal]:
+    """Return the change of a group of faults that meet, and what of it is left."""
+    old = [task.model.faults[k].surface for k in group]
+    place = {k: n for n, k in enumerate(group)}
+    grown, patches, steps, refusals = _extended(task, group, decisions)
+    net = stacked(grown)
+    for decision in sorted(decisions, key=lambda d: d.size):
+        own, other = place[decision.own], place[decision.other]
+        reach = {What.JOIN: decision.size, What.EXTEND: _LANDING * decision.size}.get(decision.what)
+        if reach is None or (decision.what is What.EXTEND and old[own].name not in patches):
+            continue
+        try:
+            net = imprinted(net, own, other, reach, task.contact)
+        except GrabenError:
+            refusals.append(_tangled(decision, old[own].name, old[other].name))
+    goal = Goal(ANGLE, min(_off(task, surface) for surface in old))
+    net = welded(divided(bettered(net, goal))[0], NOISE * task.contact)
+    crossed = [group[n] for n in torn(net).tolist()]
+    if crossed:
+        rest = [k for k in group if k not in crossed]
+        within = [d for d in decisions if d.own in rest and d.other in rest]
+        return [_waits(task, k) for k in crossed] + (_worked(task, rest, within) if len(rest) > 1 else [])
+    for decision in (d for d in decisions if d.what is What.CUT):
+        net, done = _cut_back(task, net, decision, place)
+        steps += [s for s in done if isinstance(s, Step)]
+        refusals += [r for r in done if isinstance(r, Refusal)]
+    net = bettered(net, goal)
+    made = surfaces_of(conformed(net, goal, NOISE * task.contact), old)
+    changed: dict[str, tuple[Surface, ...]] = {
+        a.name: (b,) for a, b in zip(old, made, strict=True) if b is not a
+    }
+    if not changed:
+        return list(refusals)
+    steps += _shared_lines(task, changed, decisions)
+    declared = {name: patch for name, patch in patches.items() if name in changed}
+    return [Change(changed, tuple(steps), declared), *refusals]
+
+
+def _waits(task: Task, fault: int) -> Refusal:
+    """Return why a fault that is no manifold surface once refined is left alone."""
+    name = task.model.faults[fault].name
+    return Refusal(
+        "simplicial-complex",
+        next(f.objects for f in task.findings if name in f.objects),
+        f"{name} crosses itself or has edges with three triangles or more: no line can be put into it.",
+        "Repair that first, by hand if need be.",
+    )
+
+
+def _tangled(decision: Decision, own: str, other: str) -> Refusal:
+    return Refusal(
+        decision.check,
+        (own, other),
+        f"The rim of {own} runs to and fro on {other}, so that no line in which they meet can be drawn.",
+        "Straighten the rim there, or end one of the two before the other.",
+        decision.stretches[0].place if decision.stretches else None,
+    )
+
+
+def _off(task: Task, surface: Surface) -> float:
+    return min(OFF * task.max_move(surface.name), OFF_EDGE * surface.median_edge)
+
+
+def _extended(
+    task: Task, group: Sequence[int], decisions: Iterable[Decision]
+) -> tuple[list[Surface], dict[str, Surface], list[Step], list[Refusal]]:
+    """Return the faults of a group extended over their gaps, the patches added, and the steps."""
+    grown = {k: task.model.faults[k].surface for k in group}
+    patches: dict[str, Surface] = {}
+    steps: list[Step] = []
+    refusals: list[Refusal] = []
+    for decision in decisions:
+        if decision.what is not What.EXTEND:
+            continue
+        own, other = (task.model.faults[k].surface for k in (decision.own, decision.other))
+        for stretch in decision.stretches:
+            chain = chain_of(task, stretch)
+            far = _lengths(own, chain, other, decision.size)
+            if far is None or (made := extended(grown[decision.own], chain, far)).folded:
+                why = "it would fold over" if far is not None else f"it would not meet {other.name}"
+                gap = amount(stretch.greatest, task.unit)
+                refusals.append(
+                    Refusal(
+                        "near-miss",
+                        (own.name, other.name),
+                        f"{own.name} ends {gap} short of {other.name}; extended along its trend {why}.",
+                        "Extend it by hand, or say that it is meant so under [[contacts]].",
+                        stretch.place,
+                        stretch.greatest,
+                        task.unit,
+                    )
+                )
+                continue
+            grown[decision.own] = made.surface
+            patches[own.name] = joined(patches[own.name], made.patch) if own.name in patches else made.patch
+            far_most = float(far.max())
+            steps.append(
+                Step(
+                    "near-miss",
+                    (own.name,),
+                    len(made.triangles),
+                    stretch.place,
+                    f"{own.name} was extended along its trend by up to {amount(far_most, task.unit)}, to "
+                    f"{other.name}, along {amount(stretch.length, task.unit)} of its rim.",
+                    far_most,
+                    task.unit,
+                )
+            )
+    return [grown[k] for k in group], patches, steps, refusals
+
+
+def _lengths(own: Surface, chain: IntArray, other: Surface, size: float) -> FloatArray | None:
+    """Return how far it is from each vertex of a chain of the rim to another fault, along the way on.
+
+    Where the way misses the other, what its neighbours have; None where all miss.
+    """
+    if len(chain) < 2:
+        return None
+    ways = ways_on(own, chain, floats(np.ones(len(chain))), 2.0 * own.median_edge)
+    reach = _FURTHER * size
+    hits = TriangleTree([other]).first(own.vertices[chain], reach * ways.way, -1)
+    met = np.isfinite(hits.distance)
+    if not met.any():
+        return None
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(own.vertices[chain], axis=0), axis=1))])
+    return floats(np.interp(s, s[met], reach * hits.distance[met]))
+
+
+def _cut_back(
+    task: Task, net: Net, decision: Decision, place: dict[int, int]
+) -> tuple[Net, list[Step | Refusal]]:
+    """Return a net without the parts of a fault that another cuts off and that are stubs."""
+    own, other = place[decision.own], place[decision.other]
+    names = tuple(task.model.faults[k].name for k in (decision.own, decision.other))
+    tables = Tables(net, task.contact)
+    mine = np.flatnonzero(net.owner == own)
+    common = np.intersect1d(tables.sides[mine], tables.sides[net.owner == other])
+    where = decision.stretches[0].place
+    left = Refusal(
+        "near-miss",
+        (names[0], names[1]),
+        f"{names[0]} ends {amount(decision.size, task.unit)} beyond {names[1]}, which does not cut all of that "
+        "off.",
+        "Cut it back by hand, or say that it is meant so under [[contacts]].",
+        where,
+        decision.size,
+        task.unit,
+    )
+    if not len(common):
+        return net, [left]
+    part = _parts(tables, mine, common)
+    areas = np.bincount(part, triangle_areas(net.vertices, net.triangles[mine]))
+    corners = net.vertices[net.triangles[mine]].reshape(-1, 3)
+    away = nearest(corners, net.vertices, tables.edges[common]).distance.reshape(-1, 3).max(axis=1)
+    reach = np.zeros(len(areas))
+    np.maximum.at(reach, part, away)
+    limit = task.max_extension(names[0])
+    gone = (reach <= limit) & (areas <= MOST_CUT * areas.sum())
+    gone[areas.argmax()] = False
+    if not gone.any():
+        return net, [left]
+    stays = np.ones(len(net.triangles), dtype=bool)
+    stays[mine[gone[part]]] = False
+    size = float(reach[gone].max())
+    step = Step(
+        "near-miss",
+        (names[0],),
+        int((~stays).sum()),
+        where,
+        f"{names[0]} was cut back by up to {amount(size, task.unit)}, to {names[1]}.",
+        size,
+        task.unit,
+    )
+    kept = Net(net.vertices, net.triangles[stays], net.owner[stays], net.normals[stays], net.fresh[stays])
+    return kept, [step]
+
+
+def _parts(tables: Tables, mine: IntArray, common: IntArray) -> IntArray:
+    """Return the part of each triangle of a surface that is cut along some edges, shape (k,)."""
+    sides = tables.sides[mine]
+    joined_by = ~np.isin(sides, common)
+    row = np.repeat(np.arange(len(mine)), 3).reshape(-1, 3)[joined_by]
+    edges, local = np.unique(sides[joined_by], return_inverse=True)
+    pairs = np.stack([row, len(mine) + local.reshape(-1)], axis=1)
+    return np.unique(components(len(mine) + len(edges), pairs)[: len(mine)], return_inverse=True)[1].reshape(
+        -1
+    )
+
+
+def _shared_lines(
+    task: Task, changed: dict[str, tuple[Surface, ...]], decisions: Iterable[Decision]
+) -> list[Step]:
+    """Return a step for each pair of faults that got common edges, for the gravest of its findings."""
+    faults = task.model.faults
+    joining = {
+        frozenset(faults[k].name for k in (d.own, d.other)): d for d in decisions if d.what is What.JOIN
+    }
+    steps: dict[frozenset[str], Step] = {}
+    for finding in task.findings:
+        names = tuple(n for n in finding.objects if n in changed)
+        pair = frozenset(names)
+        if len(names) != 2 or pair in steps or (finding.check == "near-miss" and pair not in joining):
+            continue
+        reason = f"{names[0]} and {names[1]} have the line in which they meet as common edges now"
+        if pair in joining:
+            own, moved = faults[joining[pair].own].name, amount(joining[pair].size, task.unit)
+            reason += f"; the rim of {own} was put on the other, by moves of up to {moved}"
+        place = finding.places[0] if len(finding.places) else None
+        steps[pair] = Step(finding.check, names, finding.count, place, f"{reason}.")
+    return list(steps.values())
+
+
+REPAIR = Repair(
+    "contacts",
+    ("simplicial-complex", "near-miss", "junction-values"),
+    "gives faults that meet common edges, extends them over gaps, cuts stubs back, puts rims on other faults",
+    _propose,
+    Need.COMPLEX,
+    _answers,
+)
