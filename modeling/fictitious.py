@@ -6,29 +6,28 @@ import numpy as np
 
 from graben.arrays import IntArray
 from graben.complexes import Complex
+from graben.prism import over
 from graben.refinement import refined
-from graben.surface import Surface, boundary_edges
+from graben.surface import Surface
 
 #: How far the wall reaches beyond the faults and the horizon, as a share of their height.
 _MARGIN = 0.1
 
 
 def fictitious_fault(horizon: Surface, network: Complex) -> Surface:
-    """Return W_fict: a vertical wall over the boundary of the horizon, past all depths of the faults.
+    """Return W_fict: the wall of the closed prism over the horizon, past all depths of the faults.
 
-    Its triangles stand over the horizon's own boundary edges, so that the horizon's boundary lies on it.
+    Its triangles stand over the horizon's own boundary edges, and its vertices over the boundary nodes, x and
+    y equal to the bit, so that the horizon's boundary lies on it.
+
+    Raises
+    ------
+    ModelingError
+        When the boundary of the horizon bounds no area in plan.
     """
-    rim = boundary_edges(horizon.triangles)
     levels = np.concatenate([horizon.vertices[:, 2], network.vertices[:, 2]])
     margin = _MARGIN * max(float(np.ptp(levels)), np.finfo(float).tiny)
-    nodes, local = np.unique(rim, return_inverse=True)
-    foot = horizon.vertices[nodes].copy()
-    head = foot.copy()
-    foot[:, 2], head[:, 2] = levels.min() - margin, levels.max() + margin
-    a, b = local.reshape(-1, 2).T
-    n = len(nodes)
-    triangles = np.concatenate([np.stack([a, b, b + n], axis=1), np.stack([a, b + n, a + n], axis=1)])
-    return Surface("W_fict", np.concatenate([foot, head]), triangles)
+    return over("W_fict", horizon, float(levels.min() - margin), float(levels.max() + margin)).wall
 
 
 def wall_edges(horizon: Surface, network: Complex) -> tuple[Complex, IntArray, IntArray]:
