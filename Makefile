@@ -12,7 +12,7 @@ help:            ## this list
 install: .venv/installed  ## the environment .venv with graben and all it needs
 
 # Strict editable installs link files one by one: a new file needs a re-install, so the list of files is a need.
-SOURCES := $(wildcard core/*.py core/*/*.py core/reports/templates/* cleaning/*.py modeling/*.py validators/*.py validators/*/*.py)
+SOURCES := $(wildcard core/*.py core/*/*.py core/reports/templates/* cleaning/*.py cleaning/*/*.py modeling/*.py validators/*.py validators/*/*.py)
 .venv/files: FORCE
 	@mkdir -p .venv && echo "$(sort $(SOURCES))" | cmp -s - $@ || echo "$(sort $(SOURCES))" > $@
 FORCE:

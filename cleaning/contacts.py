@@ -10,16 +10,24 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from graben.arrays import FloatArray, IntArray, floats
-from graben.cleaning.complex_mesh import Net, Tables
-from graben.cleaning.complex_passes import Goal
-from graben.cleaning.conforming import bettered, conformed, divided, stacked, surfaces_of, torn, welded
-from graben.cleaning.extension import extended
-from graben.cleaning.imprint import imprinted
-from graben.cleaning.limits import joined
+from graben.arrays import BoolArray, FloatArray, IntArray, floats
 from graben.cleaning.meetings import Decision, What, chain_of, decided, linked
 from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
-from graben.cleaning.rim_chains import ways_on
+from graben.cleaning.shaping.complex_mesh import Net, Tables, taken
+from graben.cleaning.shaping.complex_passes import Goal
+from graben.cleaning.shaping.conforming import (
+    bettered,
+    conformed,
+    divided,
+    stacked,
+    surfaces_of,
+    torn,
+    welded,
+)
+from graben.cleaning.shaping.extension import extended
+from graben.cleaning.shaping.imprint import imprinted
+from graben.cleaning.shaping.limits import joined
+from graben.cleaning.shaping.rim_chains import ways_on
 from graben.errors import GrabenError
 from graben.finding import Finding, Status
 from graben.model import Model
@@ -28,6 +36,7 @@ from graben.surface import Surface, triangle_areas
 from graben.validators.context import Need
 from graben.validators.measuring.hits import TriangleTree
 from graben.validators.measuring.measures import amount, components
+from graben.validators.measuring.rim_lines import unit
 
 #: Least angle that triangles along branch lines are brought to where their surroundings allow it, degrees.
 ANGLE = 10.0
@@ -39,6 +48,8 @@ NOISE = 0.1
 _FURTHER = 1.5
 #: Share of a fault's area that is cut back as a stub; more is a matter for a person.
 MOST_CUT = 0.1
+#: Least cosine between the way on and that to the nearest point of the other for it to lie ahead: 30 degrees.
+_AHEAD = 0.866
 #: Share of a gap by which the rim of an extension may miss the other fault and is then moved onto it.
 _LANDING = 0.25
 
@@ -53,7 +64,7 @@ def _propose(task: Task) -> list[Change | Refusal]:
     decisions, refusals = decided(task)
     proposed: list[Change | Refusal] = list(refusals)
     for group in linked(task, decisions):
-        inside = [d for d in decisions if d.own in group and d.other in group]
+        inside = [d for d in decisions if d.own in group and set(d.others) <= set(group)]
         proposed += _worked(task, group, inside)
     return proposed
 
@@ -62,23 +73,25 @@ def _worked(task: Task, group: Sequence[int], decisions: Sequence[Decision]) -> 
     """Return the change of a group of faults that meet, and what of it is left."""
     old = [task.model.faults[k].surface for k in group]
     place = {k: n for n, k in enumerate(group)}
-    grown, patches, steps, refusals = _extended(task, group, decisions)
-    net = stacked(grown)
+    grown, patches, fronts, steps, refusals = _extended(task, group, decisions)
+    net = stacked(grown, _meeting(task, group, decisions))
     for decision in sorted(decisions, key=lambda d: d.size):
-        own, other = place[decision.own], place[decision.other]
-        reach = {What.JOIN: decision.size, What.EXTEND: _LANDING * decision.size}.get(decision.what)
-        if reach is None or (decision.what is What.EXTEND and old[own].name not in patches):
+        own, landing = place[decision.own], decision.what is What.EXTEND
+        front = fronts.get(decision.own)
+        if decision.what is What.CUT or (landing and front is None):
             continue
-        try:
-            net = imprinted(net, own, other, reach, task.contact)
-        except GrabenError:
-            refusals.append(_tangled(decision, old[own].name, old[other].name))
+        reach = _LANDING * decision.size if landing else decision.size
+        for other in (place[k] for k in decision.others):
+            try:
+                net = imprinted(net, own, other, reach, task.contact, front if landing else None)
+            except GrabenError:
+                refusals.append(_tangled(decision, old[own].name, old[other].name))
     goal = Goal(ANGLE, min(_off(task, surface) for surface in old))
     net = welded(divided(bettered(net, goal))[0], NOISE * task.contact)
     crossed = [group[n] for n in torn(net).tolist()]
     if crossed:
         rest = [k for k in group if k not in crossed]
-        within = [d for d in decisions if d.own in rest and d.other in rest]
+        within = [d for d in decisions if d.own in rest and set(d.others) <= set(rest)]
         return [_waits(task, k) for k in crossed] + (_worked(task, rest, within) if len(rest) > 1 else [])
     for decision in (d for d in decisions if d.what is What.CUT):
         net, done = _cut_back(task, net, decision, place)
@@ -92,6 +105,8 @@ def _worked(task: Task, group: Sequence[int], decisions: Sequence[Decision]) -> 
     if not changed:
         return list(refusals)
     steps += _shared_lines(task, changed, decisions)
+    if not steps:
+        return list(refusals)
     declared = {name: patch for name, patch in patches.items() if name in changed}
     return [Change(changed, tuple(steps), declared), *refusals]
 
@@ -113,8 +128,19 @@ def _tangled(decision: Decision, own: str, other: str) -> Refusal:
         (own, other),
         f"The rim of {own} runs to and fro on {other}, so that no line in which they meet can be drawn.",
         "Straighten the rim there, or end one of the two before the other.",
-        decision.stretches[0].place if decision.stretches else None,
+        decision.place,
     )
+
+
+def _meeting(task: Task, group: Sequence[int], decisions: Iterable[Decision]) -> BoolArray:
+    """Return which faults of a group meet, or are to, shape (faults, faults)."""
+    meeting = np.eye(len(task.model.faults), dtype=np.bool_)
+    pairs = [c.surfaces for c in task.evidence.contacts] + [
+        (d.own, other) for d in decisions for other in d.others
+    ]
+    a, b = np.array(pairs).T
+    meeting[a, b] = meeting[b, a] = True
+    return np.asarray(meeting[np.ix_(group, group)], dtype=np.bool_)
 
 
 def _off(task: Task, surface: Surface) -> float:
@@ -123,84 +149,97 @@ def _off(task: Task, surface: Surface) -> float:
 
 def _extended(
     task: Task, group: Sequence[int], decisions: Iterable[Decision]
-) -> tuple[list[Surface], dict[str, Surface], list[Step], list[Refusal]]:
-    """Return the faults of a group extended over their gaps, the patches added, and the steps."""
+) -> tuple[list[Surface], dict[str, Surface], dict[int, FloatArray], list[Step], list[Refusal]]:
+    """Return the faults of a group extended over their gaps, the patches, the new rims, and the steps."""
     grown = {k: task.model.faults[k].surface for k in group}
     patches: dict[str, Surface] = {}
+    fronts: dict[int, FloatArray] = {}
     steps: list[Step] = []
     refusals: list[Refusal] = []
-    for decision in decisions:
-        if decision.what is not What.EXTEND:
+    for decision in (d for d in decisions if d.what is What.EXTEND):
+        k = decision.own
+        own, others = grown[k], [task.model.faults[j].surface for j in decision.others]
+        names = " and ".join(s.name for s in others)
+        chain = chain_of(own, decision.path)
+        far = _lengths(own, chain, others, decision.size)
+        made = None if far is None else extended(own, chain, far)
+        if made is None or made.folded:
+            why = f"it would not meet {names}" if made is None else "it would fold over"
+            refusals.append(_not_extended(task, decision, names, why))
             continue
-        own, other = (task.model.faults[k].surface for k in (decision.own, decision.other))
-        for stretch in decision.stretches:
-            chain = chain_of(task, stretch)
-            far = _lengths(own, chain, other, decision.size)
-            if far is None or (made := extended(grown[decision.own], chain, far)).folded:
-                why = "it would fold over" if far is not None else f"it would not meet {other.name}"
-                gap = amount(stretch.greatest, task.unit)
-                refusals.append(
-                    Refusal(
-                        "near-miss",
-                        (own.name, other.name),
-                        f"{own.name} ends {gap} short of {other.name}; extended along its trend {why}.",
-                        "Extend it by hand, or say that it is meant so under [[contacts]].",
-                        stretch.place,
-                        stretch.greatest,
-                        task.unit,
-                    )
-                )
-                continue
-            grown[decision.own] = made.surface
-            patches[own.name] = joined(patches[own.name], made.patch) if own.name in patches else made.patch
-            far_most = float(far.max())
-            steps.append(
-                Step(
-                    "near-miss",
-                    (own.name,),
-                    len(made.triangles),
-                    stretch.place,
-                    f"{own.name} was extended along its trend by up to {amount(far_most, task.unit)}, to "
-                    f"{other.name}, along {amount(stretch.length, task.unit)} of its rim.",
-                    far_most,
-                    task.unit,
-                )
+        grown[k] = made.surface
+        front = made.surface.vertices[made.front]
+        fronts[k] = floats(np.concatenate([fronts[k], front])) if k in fronts else floats(front)
+        patches[own.name] = joined(patches[own.name], made.patch) if own.name in patches else made.patch
+        along = float(np.linalg.norm(np.diff(decision.path, axis=0), axis=1).sum())
+        steps.append(
+            Step(
+                "near-miss",
+                (own.name,),
+                len(made.triangles),
+                decision.place,
+                f"{own.name} was extended along its trend by up to {amount(made.length, task.unit)}, to "
+                f"{names}, along {amount(along, task.unit)} of its rim.",
+                made.length,
+                task.unit,
             )
-    return [grown[k] for k in group], patches, steps, refusals
+        )
+    return [grown[k] for k in group], patches, fronts, steps, refusals
 
 
-def _lengths(own: Surface, chain: IntArray, other: Surface, size: float) -> FloatArray | None:
-    """Return how far it is from each vertex of a chain of the rim to another fault, along the way on.
+def _not_extended(task: Task, decision: Decision, names: str, why: str) -> Refusal:
+    own = task.model.faults[decision.own].name
+    return Refusal(
+        "near-miss",
+        (own, task.model.faults[decision.others[0]].name),
+        f"{own} ends {amount(decision.size, task.unit)} short of {names}; extended along its trend {why}.",
+        "Extend it by hand, or say that it is meant so under [[contacts]].",
+        decision.place,
+        decision.size,
+        task.unit,
+    )
 
-    Where the way misses the other, what its neighbours have; None where all miss.
+
+def _lengths(own: Surface, chain: IntArray, others: Sequence[Surface], size: float) -> FloatArray | None:
+    """Return how far it is from each vertex of a chain of the rim to other faults, along the way on.
+
+    Where the way misses them, what its neighbours have; None where all miss.
     """
     if len(chain) < 2:
         return None
     ways = ways_on(own, chain, floats(np.ones(len(chain))), 2.0 * own.median_edge)
     reach = _FURTHER * size
-    hits = TriangleTree([other]).first(own.vertices[chain], reach * ways.way, -1)
-    met = np.isfinite(hits.distance)
+    points = own.vertices[chain]
+    far = reach * TriangleTree(others).first(points, reach * ways.way, -1).distance
+    # a way that just misses the rim of the other goes as far as to its nearest point, where that lies ahead
+    all_others = others[0]
+    for other in others[1:]:
+        all_others = joined(all_others, other)
+    near = nearest(points, all_others.vertices, all_others.triangles)
+    ahead = np.einsum("ij,ij->i", near.place - points, unit(ways.way)) >= _AHEAD * near.distance
+    far = np.where(np.isinf(far) & ahead & (near.distance <= reach), near.distance, far)
+    met = np.isfinite(far)
     if not met.any():
         return None
-    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(own.vertices[chain], axis=0), axis=1))])
-    return floats(np.interp(s, s[met], reach * hits.distance[met]))
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    return floats(np.interp(s, s[met], far[met]))
 
 
 def _cut_back(
     task: Task, net: Net, decision: Decision, place: dict[int, int]
 ) -> tuple[Net, list[Step | Refusal]]:
     """Return a net without the parts of a fault that another cuts off and that are stubs."""
-    own, other = place[decision.own], place[decision.other]
-    names = tuple(task.model.faults[k].name for k in (decision.own, decision.other))
+    own, other = place[decision.own], place[decision.others[0]]
+    names = tuple(task.model.faults[k].name for k in (decision.own, decision.others[0]))
     tables = Tables(net, task.contact)
     mine = np.flatnonzero(net.owner == own)
     common = np.intersect1d(tables.sides[mine], tables.sides[net.owner == other])
-    where = decision.stretches[0].place
+    where = decision.place
     left = Refusal(
         "near-miss",
         (names[0], names[1]),
-        f"{names[0]} ends {amount(decision.size, task.unit)} beyond {names[1]}, which does not cut all of that "
-        "off.",
+        f"{names[0]} ends {amount(decision.size, task.unit)} beyond {names[1]}, which does not cut "
+        "all of that off.",
         "Cut it back by hand, or say that it is meant so under [[contacts]].",
         where,
         decision.size,
@@ -231,8 +270,7 @@ def _cut_back(
         size,
         task.unit,
     )
-    kept = Net(net.vertices, net.triangles[stays], net.owner[stays], net.normals[stays], net.fresh[stays])
-    return kept, [step]
+    return taken(net, stays), [step]
 
 
 def _parts(tables: Tables, mine: IntArray, common: IntArray) -> IntArray:
@@ -253,7 +291,7 @@ def _shared_lines(
     """Return a step for each pair of faults that got common edges, for the gravest of its findings."""
     faults = task.model.faults
     joining = {
-        frozenset(faults[k].name for k in (d.own, d.other)): d for d in decisions if d.what is What.JOIN
+        frozenset(faults[k].name for k in (d.own, d.others[0])): d for d in decisions if d.what is What.JOIN
     }
     steps: dict[frozenset[str], Step] = {}
     for finding in task.findings:

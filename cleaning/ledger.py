@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from graben.arrays import FloatArray, ints
+from graben.arrays import FloatArray, bools, ints
 from graben.finding import CheckResult, Finding, Status
 from graben.surface import Surface, boundary_edges, mean_dip_direction, strong_components, triangle_areas
+from graben.validators.finite import usable
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,8 @@ def measured(surface: Surface) -> Measures:
     """Return the measures of a surface; triangles without three finite corners do not count."""
     t = surface.triangles
     inside = np.flatnonzero(((t >= 0) & (t < len(surface.vertices))).all(axis=1))
-    t = ints(t[inside[np.isfinite(surface.vertices[t[inside]]).all(axis=(1, 2))]])
+    place = bools(usable(surface.vertices).all(axis=1))
+    t = ints(t[inside[place[t[inside]].all(axis=1)]], -1, 3)
     ends = surface.vertices[boundary_edges(t)] if len(t) else np.zeros((0, 2, 3))
     return Measures(
         surface.name,

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
 
-from graben.arrays import IntArray
+from graben.arrays import FloatArray, IntArray, floats
 from graben.cleaning.repairing import Refusal, Task
-from graben.cleaning.rim_chains import at_corners, stretch_chain
+from graben.cleaning.shaping.rim_chains import stretch_chain
+from graben.cleaning.shaping.runs import Run, runs_of
 from graben.surface import Surface
 from graben.validators.measuring.contact import ContactKind
 from graben.validators.measuring.measures import amount, components
@@ -24,6 +25,8 @@ STRAY = 0.1
 _BEYOND = 1.5
 #: Distance over the contact distance within which rims that lie on each other are made one.
 _ON = 2.0
+#: Ends of stretches nearer than so many contact distances follow each other.
+_JOINED = 10.0
 #: Share of the median edge within which a rim's vertex lies on a stretch of it.
 _ALONG = 0.01
 
@@ -38,49 +41,57 @@ class What(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What is to be done with the rim of one fault at another.
+    """What is to be done with the rim of one fault at others.
 
     Parameters
     ----------
     what : What
         It.
-    own, other : int
-        The fault and the other, by their position in the model.
+    own : int
+        The fault, by its position in the model.
+    others : tuple of int
+        The others; several only where the fault is extended to where several meet.
     check : str
         The check that is answered.
     size : float
-        How far the rim lies off the other at most, model units.
-    stretches : tuple of Stretch
-        Where; empty for all of the rim.
+        How far the rim lies off the others at most, model units.
+    place : (3,) array
+        Where that is.
+    path : (k, 3) array
+        The stretch of the rim; empty for all of it.
     """
 
     what: What
     own: int
-    other: int
+    others: tuple[int, ...]
     check: str
     size: float
-    stretches: tuple[Stretch, ...] = ()
+    place: FloatArray
+    path: FloatArray = field(default_factory=lambda: floats([], 0, 3))
 
 
 def decided(task: Task) -> tuple[list[Decision], list[Refusal]]:
     """Return what to do at each pair of faults with a finding, and what is left to a person."""
     faults = [f.surface for f in task.model.faults]
-    number = {s.name: k for k, s in enumerate(faults)}
     limits = [task.model.checks.get("near-miss", task.max_extension(s.name)) for s in faults]
     assert task.evidence.complex is not None
     stretches = rim_stretches(faults, task.evidence.complex, limits, task.contact)
     asking = _asking(task)
-    by_pair: dict[tuple[str, str], list[Stretch]] = {}
+    by_fault: dict[str, list[Stretch]] = {}
     for stretch in stretches:
-        pair = (stretch.fault, stretch.neighbour)
-        if frozenset(pair) in asking and frozenset(pair) not in task.vetoed:
-            by_pair.setdefault(pair, []).append(stretch)
+        by_fault.setdefault(stretch.fault, []).append(stretch)
     decisions: list[Decision] = []
     refusals: list[Refusal] = []
-    for pair, own in by_pair.items():
-        made, left = _of_pair(task, (number[pair[0]], number[pair[1]]), own, asking[frozenset(pair)])
-        decisions += made
-        refusals += left
+    for name, own in by_fault.items():
+        checks = {
+            next(iter(pair - {name})): found
+            for pair, found in asking.items()
+            if name in pair and pair not in task.vetoed and task.rule(*pair) != "forbid"
+        }
+        if checks:
+            made, left = _of_fault(task, name, own, checks)
+            decisions += made
+            refusals += left
     return decisions, refusals
 
 
@@ -95,36 +106,71 @@ def _asking(task: Task) -> dict[frozenset[str], set[str]]:
     return asking
 
 
-def _of_pair(
-    task: Task, pair: tuple[int, int], stretches: Sequence[Stretch], checks: set[str]
+def _of_fault(
+    task: Task, name: str, stretches: Sequence[Stretch], checks: dict[str, set[str]]
 ) -> tuple[list[Decision], list[Refusal]]:
-    """Return what to do with the stretches of one fault's rim at another."""
-    surface = task.model.faults[pair[0]].surface
-    rule = task.rule(stretches[0].fault, stretches[0].neighbour)
-    if rule == "forbid":
-        return [], []
-    stray = min(0.5 * task.max_move(surface.name), STRAY * surface.median_edge)
-    check = "near-miss" if "near-miss" in checks else min(checks)
-    near = [s for s in stretches if s.label is RimLabel.ON or _off(s) <= stray]
-    if "simplicial-complex" not in checks and not any(s.label is RimLabel.ON for s in near):
-        near = [s for s in near if s.label is RimLabel.STUB or _whole_side(task, s, ())]
-    far = [s for s in stretches if s.label in (RimLabel.GAP, RimLabel.STUB) and not any(s is n for n in near)]
+    """Return what to do with the rim of one fault; ``checks``: what asks for it, by the name of the other."""
+    surface = task.fault(name).surface
+    stray = min(0.5 * task.max_move(name), STRAY * surface.median_edge)
+    decisions: list[Decision] = []
+    settled: list[Stretch] = []
+    open_: set[str] = set()
+    for other, found in checks.items():
+        own = [s for s in stretches if s.neighbour == other]
+        touching = "simplicial-complex" in found or any(s.label is not RimLabel.GAP for s in own)
+        near = [s for s in own if touching and _off(s) <= stray]
+        if near:
+            worst = max(near, key=_off)
+            size = max(_ON * task.contact, _BEYOND * _off(worst))
+            decisions.append(_decision(task, What.JOIN, worst, (other,), _check(found), size))
+            settled += near
+        if task.rule(name, other) == "accept" or "near-miss" not in found:
+            continue
+        open_.add(other)
+        stubs = [s for s in own if s.label is RimLabel.STUB and _off(s) > stray]
+        if stubs:
+            worst = max(stubs, key=_off)
+            decisions.append(_decision(task, What.CUT, worst, (other,), "near-miss", _off(worst)))
+    made, refusals = _of_gaps(
+        task, surface, runs_of(stretches, open_, _JOINED * task.contact), stray, settled
+    )
+    return decisions + made, refusals
+
+
+def _of_gaps(
+    task: Task, surface: Surface, runs: Sequence[Run], stray: float, settled: Sequence[Stretch]
+) -> tuple[list[Decision], list[Refusal]]:
+    """Return what to do where a rim stops short of others, run by run."""
     decisions: list[Decision] = []
     refusals: list[Refusal] = []
-    if near:
-        size = max(_ON * task.contact, _BEYOND * max(map(_off, near)))
-        decisions.append(Decision(What.JOIN, *pair, check, size))
-    if rule == "accept" or "near-miss" not in checks:
-        return decisions, refusals
-    gaps = [s for s in far if s.label is RimLabel.GAP]
-    clear = [s for s in gaps if rule == "force" or _whole_side(task, s, near)]
-    if clear:
-        decisions.append(Decision(What.EXTEND, *pair, check, max(map(_off, clear)), tuple(clear)))
-    refusals += [_unclear(task, s) for s in gaps if not any(s is c for c in clear)]
-    stubs = [s for s in far if s.label is RimLabel.STUB]
-    if stubs:
-        decisions.append(Decision(What.CUT, *pair, check, max(map(_off, stubs)), tuple(stubs)))
+    for run in runs:
+        gaps = [s for s in run.gaps if not any(s is done for done in settled)]
+        if not gaps:
+            continue
+        forced = any(task.rule(s.fault, s.neighbour) == "force" for s in gaps)
+        worst = max(gaps, key=_off)
+        if not forced and not run.is_side(surface):
+            refusals.append(_unclear(task, worst))
+            continue
+        others = tuple(dict.fromkeys(s.neighbour for s in (worst, *run.stretches)))
+        if _off(worst) <= stray:
+            size = _BEYOND * _off(worst)
+            decisions += [_decision(task, What.JOIN, worst, (other,), "near-miss", size) for other in others]
+        else:
+            made = _decision(task, What.EXTEND, worst, others, "near-miss", _off(worst))
+            decisions.append(replace(made, path=run.path))
     return decisions, refusals
+
+
+def _decision(
+    task: Task, what: What, stretch: Stretch, others: tuple[str, ...], check: str, size: float
+) -> Decision:
+    numbers = tuple(task.index(name) for name in others)
+    return Decision(what, task.index(stretch.fault), numbers, check, size, stretch.place)
+
+
+def _check(found: set[str]) -> str:
+    return "near-miss" if "near-miss" in found else min(found)
 
 
 def _off(stretch: Stretch) -> float:
@@ -132,31 +178,9 @@ def _off(stretch: Stretch) -> float:
     return stretch.greatest if stretch.label in (RimLabel.GAP, RimLabel.STUB) else 0.0
 
 
-def chain_of(task: Task, stretch: Stretch) -> IntArray:
-    """Return the rim vertices along a stretch, shape (k,); empty where it covers no edge."""
-    surface = task.fault(stretch.fault).surface
-    return stretch_chain(surface, stretch.path, _ALONG * surface.median_edge)
-
-
-def _whole_side(task: Task, stretch: Stretch, near: Sequence[Stretch]) -> bool:
-    """Return whether a stretch goes from corner to corner of its fault, or to where that meets the other."""
-    chain = chain_of(task, stretch)
-    if len(chain) < 2:
-        return False
-    surface = task.fault(stretch.fault).surface
-    ends = at_corners(surface, chain)
-    if not near:
-        return bool(ends.all())
-    meeting = np.concatenate([s.path[[0, -1]] for s in near])
-    own = stretch.path[[0, -1]] if _along(surface, chain, stretch) else stretch.path[[-1, 0]]
-    beside = np.linalg.norm(own[:, None] - meeting, axis=2).min(axis=1) <= task.contact
-    return bool((ends | beside).all())
-
-
-def _along(surface: Surface, chain: IntArray, stretch: Stretch) -> bool:
-    """Return whether a chain of rim vertices begins where its stretch does."""
-    away = np.linalg.norm(surface.vertices[chain[[0, -1]]] - stretch.path[0], axis=1)
-    return bool(away[0] <= away[1])
+def chain_of(surface: Surface, path: FloatArray) -> IntArray:
+    """Return the rim vertices of a fault along a path, shape (k,); empty where it covers no edge."""
+    return stretch_chain(surface, path, _ALONG * surface.median_edge)
 
 
 def _unclear(task: Task, stretch: Stretch) -> Refusal:
@@ -179,7 +203,7 @@ def linked(task: Task, decisions: Iterable[Decision]) -> list[list[int]]:
     They are linked by a finding, by what is to be done, and by edges that they share already.
     """
     names = {f.name: k for k, f in enumerate(task.model.faults)}
-    pairs = [(d.own, d.other) for d in decisions]
+    pairs = [(d.own, other) for d in decisions for other in d.others]
     asked = {k for pair in pairs for k in pair}
     for finding in task.findings:
         members = [names[n] for n in finding.objects if n in names]

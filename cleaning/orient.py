@@ -2,40 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import igl
-import numpy as np
-
-from graben.arrays import ints
-from graben.cleaning.repairing import Repair, of_one_fault
-from graben.surface import Surface, triangle_normals
+from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
+from graben.cleaning.shaping.turning import disagreeing, reconciled, same_turn
+from graben.validators.measuring.measures import plural
 
 
-def oriented(surface: Surface) -> Surface:
-    """Return the surface with the triangles of each component turned one way, its larger area upwards.
-
-    >>> mixed = Surface("F", [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1]], [[0, 1, 2], [1, 2, 3]])
-    >>> oriented(mixed).triangles.tolist()
-    [[0, 1, 2], [3, 2, 1]]
-    """
-    turned, component = igl.bfs_orient(np.ascontiguousarray(surface.triangles))
-    up = triangle_normals(surface.vertices, turned)[:, 2]
-    down = np.bincount(component, up) < 0
-    turned = np.where(down[component][:, None], turned[:, [1, 0, 2]], turned)
-    same = _cyclic(turned) == _cyclic(surface.triangles)
-    return replace(surface, triangles=ints(np.where(same.all(axis=1)[:, None], surface.triangles, turned)))
-
-
-def _cyclic(triangles: np.ndarray) -> np.ndarray:
-    """Return the triangles turned so that the least index comes first."""
-    start = triangles.argmin(axis=1)[:, None]
-    return np.take_along_axis(triangles, (start + np.arange(3)) % 3, axis=1)
+def propose(task: Task) -> list[Change | Refusal]:
+    """Return each fault whose triangles disagree with them turned, and which faults have one side only."""
+    faults = {f.name: f.surface for f in task.model.faults}
+    made: list[Change | Refusal] = []
+    for finding in task.findings:
+        for name in (n for n in finding.objects if n in faults):
+            turned = reconciled(faults[name])
+            left = disagreeing(turned)
+            place = finding.places[0] if len(finding.places) else None
+            if left:
+                reason = (
+                    f"{name} has one side only: however its triangles are turned, {plural(left, 'edge')} or "
+                    "more stay between triangles that face different ways."
+                )
+                made.append(Refusal("oriented", (name,), reason, "Cut it open where it twists.", place))
+            if left < disagreeing(faults[name]):
+                count = int((~same_turn(faults[name].triangles, turned.triangles)).sum())
+                verb = "was" if count == 1 else "were"
+                reason = f"{plural(count, 'triangle')} of {name} {verb} turned so that neighbours agree."
+                made.append(Change({name: (turned,)}, (Step("oriented", (name,), count, place, reason),)))
+    return made
 
 
 REPAIR = Repair(
     "orient",
     ("oriented",),
-    "turns triangles so that neighbours agree",
-    of_one_fault("oriented", oriented, "Triangles were turned so that neighbours agree."),
+    "Turns triangles so that neighbours agree.",
+    propose,
 )

@@ -15,9 +15,9 @@ import numpy as np
 
 from graben.arrays import FloatArray
 from graben.cleaning.ledger import Left, RepairAction, measured
-from graben.cleaning.limits import ROUNDING, distances, joined
 from graben.cleaning.registry import REPAIRS
 from graben.cleaning.repairing import Change, Refusal, Repair, Task
+from graben.cleaning.shaping.limits import ROUNDING, distances, joined
 from graben.finding import CheckResult, Finding, Status
 from graben.model import Fault, Model
 from graben.surface import Surface
@@ -99,8 +99,10 @@ class _Work:
 
     def attempt(self, repair: Repair, progress: Progress) -> None:
         """Let one repair do what helps, asking it again without what does not."""
+        vetoed = self._vetoed(repair)
         for key in [k for k in self.left if k[0] == repair.id]:
-            del self.left[key]
+            if not any(names.issubset(key[2]) or names.issuperset(key[2]) for names in vetoed):
+                del self.left[key]
         for _ in range(MOST_TRIES):
             result, evidence = self._checked(repair.need)
             findings = self._asking(repair, result)

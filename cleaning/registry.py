@@ -2,11 +2,50 @@
 
 from __future__ import annotations
 
-from graben.cleaning import contacts, orient, weld
+from graben.cleaning import (
+    components,
+    contacts,
+    cycles,
+    holes,
+    margin,
+    monotone,
+    nonmanifold,
+    orient,
+    pieces,
+    separate,
+    slivers,
+    stitch,
+    t_vertices,
+    trace_ends,
+    uncross,
+    unfit,
+    unfold,
+    weld,
+)
 from graben.cleaning.repairing import Repair
 
-#: Every repair: what others build on comes first.
-REPAIRS: tuple[Repair, ...] = (weld.REPAIR, orient.REPAIR, contacts.REPAIR)
+#: Every repair: what others build on comes first. A surface by itself, then what faults do to each other,
+#: then what they do to horizons.
+REPAIRS: tuple[Repair, ...] = (
+    unfit.REPAIR,
+    weld.REPAIR,
+    stitch.REPAIR,
+    t_vertices.REPAIR,
+    nonmanifold.REPAIR,
+    slivers.REPAIR,
+    orient.REPAIR,
+    uncross.REPAIR,
+    components.REPAIR,
+    holes.REPAIR,
+    unfold.REPAIR,
+    monotone.REPAIR,
+    separate.REPAIR,
+    pieces.REPAIR,
+    contacts.REPAIR,
+    margin.REPAIR,
+    trace_ends.REPAIR,
+    cycles.REPAIR,
+)
 
 
 def known_repairs() -> tuple[str, ...]:

@@ -52,7 +52,7 @@ class Change:
         What takes the place of a fault, by its name: one surface of that name; several, the first of which
         keeps the name; or none.
     steps : tuple of Step
-        What was done.
+        What was done: at least one.
     declared : mapping of str to Surface
         By the name of a resulting fault: surfaces added on purpose, such as an extension. The moves of
         vertices are measured from the input surface and these.

@@ -44,6 +44,6 @@ def welded(surface: Surface) -> Surface:
 REPAIR = Repair(
     "weld",
     ("duplicate",),
-    "merges vertices equal to the bit and leaves out repeated triangles",
+    "Merges vertices equal to the bit and leaves out repeated triangles.",
     of_one_fault("duplicate", welded, "Vertices at one place were merged, repeated triangles left out."),
 )

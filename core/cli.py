@@ -1,4 +1,4 @@
-"""The command line: `graben check`, `run`, `demo`, `info` and `schema`."""
+"""The command line: `graben check`, `repair`, `run`, `demo`, `info` and `schema`."""
 
 from __future__ import annotations
 
@@ -138,6 +138,45 @@ def run(
     if not quiet:
         click.echo(summary(result, verbose=verbose))
         click.echo(f"report: {output / 'report.html'}")
+    sys.exit(0 if result.passed else 1)
+
+
+@app.command()
+@click.argument("model", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder to make: absent or empty.")
+@click.option("--dry-run", is_flag=True, help="Print the plan and write nothing.")
+@click.option("--profile", type=click.Choice(["paper", "extended"]), default="extended", show_default=True)
+@_common
+def repair(
+    model: Path, output: Path | None, dry_run: bool, profile: str, verbose: bool, quiet: bool, debug: bool
+) -> None:
+    """Repair what fails in MODEL, a model.toml: write the repaired model and a report; the input stays.
+
+    Exit code 0: the repaired model passes; 1: something is left, and the report says what, where and what to
+    do; 2: the input cannot be read or the command is wrong.
+    """
+    from graben.output import require_free, whole_folder
+    from graben.reading import read_model
+    from graben.repairs import repair as repaired
+    from graben.reports.repair_words import repair_summary
+
+    if output is None and not dry_run:
+        raise InputError("Say where to: graben repair MODEL -o DIR; --dry-run writes nothing.")
+    if output is not None:
+        require_free(output)
+    with _progress(quiet) as say:
+        say("read", str(model))
+        result = repaired(read_model(model), profile, say)
+        if output is not None and not dry_run:
+            from graben.reports.repair_files import write_repair
+
+            with whole_folder(output) as folder:
+                say("write", str(output))
+                write_repair(result, folder)
+    if not quiet:
+        told = repair_summary(result, verbose=verbose, plan=dry_run)
+        told += "" if output is None or dry_run else f"\nreport: {output / 'report.html'}"
+        _print(f"{told}\n".encode(sys.stdout.encoding or "utf-8", "backslashreplace"), sys.stdout)
     sys.exit(0 if result.passed else 1)
 
 

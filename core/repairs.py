@@ -77,8 +77,11 @@ class RepairResult:
             f"<td>{escape(a.reason)}</td></tr>"
             for a in self.actions
         )
+        notes = [f"{n.check} {', '.join(n.objects)}: {n.reason} {n.advice}" for n in self.left]
+        left = "".join(f"<li>{escape(note)}</li>" for note in notes)
         table = f"<table><tr><th>repair</th><th>objects</th><th>count</th><th>reason</th></tr>{rows}</table>"
-        return table + self.after._repr_html_()
+        rest = f"<p>Left:</p><ul>{left}</ul>" if left else ""
+        return table + rest + self.after._repr_html_()
 
 
 @dataclass(frozen=True, eq=False)

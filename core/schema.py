@@ -75,8 +75,8 @@ def _check() -> dict[str, Any]:
 
 
 def _report() -> dict[str, Any]:
-    """Return the schema of report.json; what only a run knows is optional, since a repair writes one too."""
-    timings = ["check", "repair", "triangulate", "solve", "move", "deform", "write", "total", "per_iteration"]
+    """Return the schema of report.json; what only a run, or only a repair, knows is optional."""
+    stages = ["check", "repair", "triangulate", "solve", "move", "deform", "write", "per_iteration"]
     body = _object(
         {
             "schema": {"const": 1},
@@ -86,12 +86,18 @@ def _report() -> dict[str, Any]:
             "after": {"$ref": "#/$defs/check"},
         },
         {
+            "left": _list(_left()),
+            "faults": _list(_fault()),
             "horizons": _list(_horizon()),
-            "timings": _object(dict.fromkeys(timings, _NUMBER)),
+            "timings": _object({"total": _NUMBER}, dict.fromkeys(stages, _NUMBER)),
             "peak_memory_mb": _NUMBER,
         },
     )
     return {"$schema": _DRAFT, "title": "graben report.json", **body, "$defs": {"check": _check()}}
+
+
+def _place() -> dict[str, Any]:
+    return _or_null(_object(dict.fromkeys("xyz", _NUMBER)))
 
 
 def _repair() -> dict[str, Any]:
@@ -102,8 +108,48 @@ def _repair() -> dict[str, Any]:
             "objects": _list(_TEXT),
             "count": _COUNT,
             "max_move": _or_null(_NUMBER),
-            "place": {"type": ["object", "array", "null"]},
+            "place": _place(),
             "reason": _TEXT,
+        },
+        {
+            "size": _or_null(_NUMBER),
+            "unit": _TEXT,
+            "before": _list(_measures()),
+            "after": _list(_measures()),
+        },
+    )
+
+
+def _left() -> dict[str, Any]:
+    return _object(
+        {
+            "check": _TEXT,
+            "objects": _list(_TEXT),
+            "action": _TEXT,
+            "place": _place(),
+            "reason": _TEXT,
+            "advice": _TEXT,
+            "needed": _or_null(_NUMBER),
+            "unit": _TEXT,
+        }
+    )
+
+
+def _measures() -> dict[str, Any]:
+    counts = dict.fromkeys(("vertices", "triangles", "components"), _COUNT)
+    return _object({"name": _TEXT, **counts, **dict.fromkeys(("area", "rim", "dip"), _or_null(_NUMBER))})
+
+
+def _fault() -> dict[str, Any]:
+    lengths = ("largest_move", "mean_move", "extended_by", "cut_back_by")
+    return _object(
+        {
+            "name": _TEXT,
+            "from": _TEXT,
+            "changed": _FLAG,
+            "before": _measures(),
+            "after": _or_null(_measures()),
+            **dict.fromkeys(lengths, _NUMBER),
         }
     )
 

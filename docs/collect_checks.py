@@ -1,4 +1,4 @@
-"""Put what the registry says of each check into its page and into checks.md: `python docs/collect_checks.py`.
+"""Put what the registries say of checks and repairs into their pages: `python docs/collect_checks.py`.
 
 The parts between the two marks are written anew, all else stays; a test holds the pages to the registry.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from graben.cleaning.registry import REPAIRS
 from graben.validators.context import Check, Need, Scope, Severity
 from graben.validators.registry import CHECKS
 
@@ -58,6 +59,16 @@ def table() -> str:
     return "\n".join(lines)
 
 
+def repairs() -> str:
+    """Return the table of all repairs for repair.md."""
+    lines = ["| | repair | answers | does |", "|---|---|---|---|"]
+    for number, repair in enumerate(REPAIRS, start=1):
+        answers = ", ".join(f"[{check}](checks/{check}.md)" for check in repair.checks)
+        does = repair.sentence.rstrip(".")
+        lines.append(f"| {number} | {repair.id} | {answers} | {does[0].lower()}{does[1:]} |")
+    return "\n".join(lines)
+
+
 def _blocks(check: Check) -> str:
     if check.scope is Scope.NOTHING:
         return "nothing"
@@ -75,6 +86,7 @@ def pages() -> dict[Path, str]:
     """Return what stands between the marks of each page."""
     return {
         DOCS / "checks.md": table(),
+        DOCS / "repair.md": repairs(),
         **{DOCS / "checks" / f"{check.id}.md": facts(check) for check in CHECKS},
     }
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from graben.arrays import IntArray, ints
 from graben.errors import ModelingError
-from graben.refinement import component_labels
 from graben.modeling.triangulation import PlanMesh
+from graben.refinement import component_labels
 from graben.surface import edge_sharing, edge_table
 
 

@@ -9,9 +9,9 @@ import shapely
 from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray
-from graben.refinement import component_labels
 from graben.modeling.resampling import Trace
 from graben.proximity import nearest
+from graben.refinement import component_labels
 from graben.surface import Surface, boundary_edges
 
 #: Points of a trace nearer than this many steps to each other, or to the boundary, are one.

@@ -12,9 +12,9 @@ from graben.complexes import Complex
 from graben.cutgraph import CutGraph, DroppedTrace, NodeKind
 from graben.errors import ModelingError
 from graben.model import Horizon, Model
-from graben.refinement import component_labels, refined
 from graben.modeling.resampling import Trace, node_kinds, resampled
 from graben.modeling.snapping import NEAR, along_boundary, reaching, snapped, without
+from graben.refinement import component_labels, refined
 from graben.surface import Surface, boundary_edges, mean_dip_direction, triangle_areas
 
 #: Pieces of a trace shorter than this many steps are dropped (check `trace`).

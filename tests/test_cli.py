@@ -135,7 +135,7 @@ def test_debug_shows_where(tmp_path: Path) -> None:
     assert "Traceback" in done.stderr
 
 
-def test_unfit_data_end_with_a_finding(demo: Path, tmp_path: Path) -> None:
+def test_unfit_data_are_repaired_or_end_with_a_finding(demo: Path, tmp_path: Path) -> None:
     for name in ("model.toml", "top.irap"):
         (tmp_path / name).write_bytes((demo / name).read_bytes())
     text = (demo / "F1.ts").read_text()
@@ -144,10 +144,14 @@ def test_unfit_data_end_with_a_finding(demo: Path, tmp_path: Path) -> None:
     (tmp_path / "F1.ts").write_text(broken)
     model = (tmp_path / "model.toml").read_text()
     (tmp_path / "model.toml").write_text(re.sub(r"^truth.*\n", "", model, flags=re.M))
-    done = graben("run", tmp_path / "model.toml", "-o", tmp_path / "out")
+    done = graben("run", tmp_path / "model.toml", "-o", tmp_path / "left", "--no-repair")
     assert done.returncode == 1, done.stderr
-    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    report = json.loads((tmp_path / "left" / "report.json").read_text())
     assert [f["objects"] for f in report["after"]["findings"] if f["status"] == "fail"] == [["F1"]]
+    done = graben("run", tmp_path / "model.toml", "-o", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert [action["check"] for action in report["repairs"]] == ["finite"]
 
 
 @pytest.mark.skipif(

@@ -186,13 +186,18 @@ def test_steeper_dip_less_heave() -> None:
 
 def test_fault_too_short_in_depth_ends_with_type_2() -> None:
     horizon = grid_horizon(lambda x, y: -60.0 * np.tanh(x / 60.0) * np.maximum(1 - (y / 1500) ** 2, 0) ** 1.5)
-    result = build(model_of(horizon, plane_fault((0, -1500), (0, 1500), depth=30.0)))
+    model = model_of(horizon, plane_fault((0, -1500), (0, 1500), depth=30.0))
+    result = build(model, mend=False)
     (subdomain,) = result.horizons[0].subdomains
     assert not result.passed
     assert int(subdomain.termination.type) == 2
     assert subdomain.termination.fault == "F1"
     assert 10 < (subdomain.termination.short_by or 0) < 60
     assert "extend F1" in subdomain.termination.advice
+    mended = build(model)
+    assert mended.passed
+    assert [a.action for a in mended.repairs] == ["margin"]
+    assert mended.horizons[0].largest_throw == pytest.approx(120.0, rel=0.06)
 
 
 @pytest.mark.parametrize("gamma", [30.0, 5000.0])

@@ -45,7 +45,7 @@ def test_drogon_lies_on_its_points() -> None:
     result = build(read_model(DATA / "drogon" / "model.toml"))
     assert len(result.horizons) == 4
     for horizon in result.horizons:
-        found = misfits(result.model, horizon)
+        found = misfits(result.repaired, horizon)
         assert len(found) > 1000
         assert np.median(found) < 8.0
 

@@ -88,4 +88,5 @@ CHECK = Check(
     tolerance=Tolerance(
         "least angle of a fault's triangle", "degrees", f"{ANGLE_LIMIT:g}", lambda model: [ANGLE_LIMIT]
     ),
+    repairable=True,
 )

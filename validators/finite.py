@@ -132,4 +132,5 @@ CHECK = Check(
     "surface.",
     _run,
     scope=Scope.MODEL,
+    repairable=True,
 )

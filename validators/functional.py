@@ -163,4 +163,5 @@ CHECK = Check(
     tolerance=Tolerance(
         "steepest slope between two points of a horizon", "degrees", f"{STEEPEST:g}", lambda model: [STEEPEST]
     ),
+    repairable=True,
 )

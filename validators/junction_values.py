@@ -164,4 +164,5 @@ CHECK = Check(
         "1e-6 of the model's size",
         lambda model: [CONTACT * model.size],
     ),
+    repairable=True,
 )

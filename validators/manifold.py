@@ -1,18 +1,39 @@
-"""manifold: an edge has one or two triangles, and those around a vertex are one fan."""
+"""manifold: an edge has one or two triangles, those around a vertex are one fan, and a fault has no hole."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
 from graben.arrays import IntArray, floats, ints
 from graben.finding import Element
 from graben.surface import Surface
-from graben.validators.context import Check, CheckContext, Defect, Scope
-from graben.validators.measuring.measures import Mesh, components, mesh_of, part_at, plural
+from graben.validators.context import Check, CheckContext, Defect, Scope, Severity
+from graben.validators.measuring.measures import (
+    Mesh,
+    amount,
+    components,
+    inner_points,
+    largest_parts,
+    mesh_of,
+    part_at,
+    plural,
+)
+from graben.validators.measuring.openings import openings
+
+#: What a part is called that is a hole.
+HOLE = "hole"
 
 
 def _run(context: CheckContext) -> list[Defect]:
-    return [d for d in map(_surface, context.surfaces) if d is not None]
+    found = []
+    for surface in context.surfaces:
+        holes = _holes(surface, context.unit) if context.is_fault(surface.name) else None
+        defects = [d for d in (_surface(surface), holes) if d is not None]
+        if defects:
+            found.append(defects[0] if len(defects) == 1 else _both(*defects))
+    return found
 
 
 def _surface(surface: Surface) -> Defect | None:
@@ -56,6 +77,55 @@ def _surface(surface: Surface) -> Defect | None:
     )
 
 
+def _holes(surface: Surface, unit: str) -> Defect | None:
+    """Return the holes of a fault."""
+    holes = openings(surface)
+    if not holes:
+        return None
+    edges = ints([hole.edges for hole in holes])
+    around = floats([hole.length for hole in holes])
+    loops = [surface.vertices[hole.loop] for hole in holes]
+    rims = np.concatenate([loop[:-1] for loop in loops])
+    inner = inner_points(rims, np.repeat(np.arange(len(holes)), edges))
+    if len(holes) == 1:
+        said = f"1 hole inside its rim, of {edges[0]} edges and {amount(around[0], unit)} around"
+    else:
+        said = (
+            f"{len(holes)} holes inside its rim, the longest of {edges[0]} edges and "
+            f"{amount(around[0], unit)} around"
+        )
+    return Defect(
+        (surface.name,),
+        f"{surface.name} has {said}.",
+        "Fill the hole, unless the fault does end there.",
+        count=len(holes),
+        value=float(around[0]),
+        unit=f"{unit} around a hole".lstrip(),
+        place=inner[0],
+        elements=ints(np.unique(np.concatenate([hole.triangles for hole in holes]))),
+        element=Element.TRIANGLE,
+        places=floats(rims, -1, 3),
+        paths=tuple(floats(loop) for loop in loops),
+        parts=largest_parts(HOLE, around, edges, inner, unit),
+        severity=Severity.WARN,
+    )
+
+
+def _both(graver: Defect, holes: Defect) -> Defect:
+    """Return what fails of a surface, with its holes: one finding, of the worst of what fails."""
+    said = holes.message.removeprefix(f"{holes.objects[0]} has ")
+    return replace(
+        graver,
+        message=f"{graver.message[:-1]}; also {said}",
+        remedy=f"{graver.remedy} {holes.remedy}",
+        count=graver.count + holes.count,
+        elements=ints(np.union1d(graver.elements, holes.elements)),
+        places=floats(np.concatenate([graver.places, holes.places])),
+        paths=holes.paths,
+        parts=graver.parts + holes.parts,
+    )
+
+
 def _pinched(mesh: Mesh) -> IntArray:
     """Return the vertices whose triangles form more than one fan, joined through edges at the vertex.
 
@@ -76,9 +146,12 @@ def _pinched(mesh: Mesh) -> IntArray:
 CHECK = Check(
     "manifold",
     "3",
-    "Edges have one or two triangles, and the triangles around a vertex form one fan.",
-    "Where three sheets meet in an edge a surface has no two sides, so neither lip of a cut is defined.",
+    "Edges have one or two triangles, the triangles around a vertex form one fan, and a fault has no holes.",
+    "Where three sheets meet in an edge a surface has no two sides, so neither lip of a cut is defined; a "
+    "hole in a fault breaks its trace.",
     _run,
+    leniency="holes of a fault warn under both",
     scope=Scope.MODEL,
     blocks_when="edges with three triangles or more",
+    repairable=True,
 )

@@ -121,4 +121,5 @@ CHECK = Check(
         "[repair] max_extension",
         lambda model: [model.max_extension(f) for f in model.faults],
     ),
+    repairable=True,
 )

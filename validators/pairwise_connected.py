@@ -180,4 +180,5 @@ CHECK = Check(
     need=Need.COMPLEX,
     scope=Scope.MODEL,
     blocks_when="faults that coincide over an area",
+    repairable=True,
 )

@@ -121,4 +121,5 @@ CHECK = Check(
         f"{TOUCH:g} of the model's size",
         lambda model: [TOUCH * model.size],
     ),
+    repairable=True,
 )

@@ -77,4 +77,5 @@ CHECK = Check(
     "A cut node moves along its fault from triangle to triangle and cannot leap to another part.",
     _run,
     faults_only=True,
+    repairable=True,
 )

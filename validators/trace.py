@@ -16,6 +16,7 @@ from graben.proximity import nearest
 from graben.surface import Surface, boundary_edges
 from graben.validators.context import Check, CheckContext, Defect, Need, Scope, Severity
 from graben.validators.measuring.measures import amount, plural
+from graben.validators.measuring.reach import reach_of
 from graben.validators.measuring.trace_measures import (
     Goal,
     LooseEnd,
@@ -29,6 +30,10 @@ from graben.validators.measuring.trace_measures import (
 _OFF_RIM = 0.5
 #: Within so many steps of a trace a boundary is that at which the trace leaves; shorter ones are no boundary.
 _AT_TRACE = 2.0
+#: What a part is called where a fault ends too early up or down dip.
+TOO_SHORT = "fault too short"
+#: A fault is too short along so many steps of its trace at least: what planes say of less is uncertain.
+_SHORT_ALONG = 1.0
 
 
 def _run(context: CheckContext) -> list[Defect]:
@@ -48,7 +53,7 @@ def _run(context: CheckContext) -> list[Defect]:
             objects = (horizon.name, fault.name)
             said = [_loose(context, horizon, graph, k, parts)]
             said += [judge(graph, k, objects, context.unit) for judge in (_pieces, _dropped)]
-            said.append(_short(context, horizon, graph, fault))
+            said += [_short(context, horizon, graph, fault), _too_short(context, horizon, graph, k)]
             defects = [d for d in said if d is not None]
             if defects:
                 found.append(_together(defects))
@@ -93,6 +98,44 @@ def _short(context: CheckContext, horizon: Horizon, graph: CutGraph, fault: Faul
         place=floats(middles[worst]),
         places=floats(middles[close], -1, 3),
         parts=(Part("short of the fault", len(close), (x, y, z), gap, context.unit),),
+        severity=Severity.WARN,
+    )
+
+
+def _too_short(context: CheckContext, horizon: Horizon, graph: CutGraph, number: int) -> Defect | None:
+    """Return where a fault ends up or down dip before it reaches the place of a cutoff."""
+    faults = context.model.faults
+    if not (graph.faults == number).any():
+        return None
+    gammas = {k: context.model.gamma(faults[k], horizon) for k in np.unique(graph.faults).tolist()}
+    reach = reach_of(horizon, [f.surface for f in faults], graph, number, gammas, context.contact)
+    parts, worst, said = [], [], []
+    for where, missing, rim in (
+        ("above", reach.missing_above, reach.above),
+        ("below", reach.missing_below, reach.below),
+    ):
+        short = (missing > 0) & reach.sure
+        if float(reach.length[short].sum()) < _SHORT_ALONG * horizon.step:
+            continue
+        far = missing / np.maximum(np.abs(reach.dip[:, 2]), np.finfo(float).tiny)
+        k = int(np.argmax(np.where(short, far, -np.inf)))
+        parts.append(Part(TOO_SHORT, int(short.sum()), _xyz(rim[k]), float(far[k]), context.unit))
+        worst.append((float(far[k]), rim[k]))
+        said.append(f"{amount(float(far[k]), context.unit)} too early {where} the trace")
+    if not parts:
+        return None
+    value, place = max(worst, key=lambda w: w[0])
+    objects = (horizon.name, faults[number].name)
+    return Defect(
+        objects,
+        f"{objects[1]} ends {' and '.join(said)} on {objects[0]}: the cut will leave it.",
+        "Extend the fault up or down dip by at least that much, or lower gamma.",
+        count=sum(part.count for part in parts),
+        value=value,
+        unit=context.unit,
+        place=floats(place),
+        places=floats([w[1] for w in worst], -1, 3),
+        parts=tuple(parts),
         severity=Severity.WARN,
     )
 
@@ -268,8 +311,10 @@ CHECK = Check(
     _run,
     need=Need.GRAPH,
     leniency=(
-        "several pieces only warn under extended; pieces left out and faults that cut nothing always warn"
+        "several pieces only warn under extended; pieces left out, and faults that cut nothing or end too "
+        "early, always warn"
     ),
     scope=Scope.HORIZON,
     blocks_when="an end inside the horizon that lies nowhere, or no cut graph at all",
+    repairable=True,
 )

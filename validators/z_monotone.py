@@ -251,4 +251,5 @@ CHECK = Check(
     tolerance=Tolerance(
         "dip below which a triangle or an edge is level", "degrees", f"{LEVEL:g}", lambda model: [LEVEL]
     ),
+    repairable=True,
 )

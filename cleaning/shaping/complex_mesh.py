@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -34,6 +34,8 @@ class Net:
         Unit normal of the triangle of the input that each is a part of.
     fresh : (m,) array
         Which triangles are new and may be worked on.
+    meeting : (surfaces, surfaces) array
+        Which surfaces meet: others must not come to share a vertex.
     """
 
     vertices: FloatArray
@@ -41,17 +43,24 @@ class Net:
     owner: IntArray
     normals: FloatArray
     fresh: BoolArray
+    meeting: BoolArray
 
 
 def taken(net: Net, rows: IntArray | BoolArray) -> Net:
     """Return some triangles of a net; the vertices are all there."""
-    return Net(net.vertices, net.triangles[rows], net.owner[rows], net.normals[rows], net.fresh[rows])
+    return replace(
+        net,
+        triangles=net.triangles[rows],
+        owner=net.owner[rows],
+        normals=net.normals[rows],
+        fresh=net.fresh[rows],
+    )
 
 
 def put_together(rest: Net, part: Net) -> Net:
     """Return two parts of a net as one; the vertices are those of both."""
-    both = ((getattr(rest, k), getattr(part, k)) for k in ("triangles", "owner", "normals", "fresh"))
-    return Net(rest.vertices, *(np.concatenate(pair) for pair in both))
+    rows = ("triangles", "owner", "normals", "fresh")
+    return replace(rest, **{k: np.concatenate([getattr(rest, k), getattr(part, k)]) for k in rows})
 
 
 class Tables:
@@ -163,23 +172,12 @@ class Tables:
         keys = np.unique(self.net.triangles * count + self.net.owner[:, None])
         return keys % count, np.searchsorted(keys // count, np.arange(self.count + 1))
 
-    @cached_property
-    def meeting(self) -> BoolArray:
-        """Which surfaces have a vertex in common, shape (surfaces, surfaces)."""
-        owners, starts = self.owners
-        count = int(owners.max(initial=0)) + 1
-        vertex = np.repeat(np.arange(self.count), np.diff(starts))
-        row, other = expanded(owners, starts, vertex)
-        met = np.zeros((count, count), dtype=np.bool_)
-        met[owners[row], other] = True
-        return met
-
     def bring_together(self, a: IntArray, b: IntArray) -> BoolArray:
-        """Return which pairs of vertices, made one, would join surfaces that have no vertex in common yet."""
+        """Return which pairs of vertices, made one, would join surfaces that do not meet."""
         owners, starts = self.owners
         row, first = expanded(owners, starts, a)
         pair, second = expanded(owners, starts, b[row])
-        apart = ~self.meeting[first[pair], second]
+        apart = ~self.net.meeting[first[pair], second]
         return np.asarray(np.bincount(row[pair[apart]], minlength=len(a)) > 0, dtype=np.bool_)
 
     def edge(self, a: IntArray, b: IntArray) -> IntArray:

@@ -11,12 +11,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from graben.arrays import BoolArray, FloatArray, IntArray
-from graben.cleaning.complex_mesh import CURVE, FIXED, FREE, Net, Tables, angles, expanded, independent
+from graben.cleaning.shaping.complex_mesh import (
+    CURVE,
+    FIXED,
+    FREE,
+    Net,
+    Tables,
+    angles,
+    expanded,
+    independent,
+    put_together,
+    taken,
+)
 
 #: A triangle may turn by at most this from the surface of the input that it stands for, degrees.
 TURN = 40.0
 #: By how much the least angle must grow for a change to be worth it, degrees.
 GAIN = 0.05
+#: The share of the least angle that must be left where a short side goes.
+KEPT = 0.5
 #: A triangle with a larger angle than this is a cap: its longest side is the trouble, degrees.
 CAP = 130.0
 
@@ -124,7 +137,10 @@ def _gains(tables: Tables, goal: Goal, gone: IntArray, kept: IntArray) -> tuple[
     along = np.einsum("ij,ij->i", normal, net.normals[triangle])
     turned = np.bincount(row[along < np.cos(np.radians(TURN)) * size], minlength=len(gone)) > 0
     away = _off(tables, gone, kept, row, triangle, points)
-    better = (after > before + GAIN) & ~turned & (away <= goal.off)
+    # around several needles the least angle is that of the next one: a short side may go without a gain
+    short = np.linalg.norm(net.vertices[gone] - net.vertices[kept], axis=1) <= goal.off
+    better = (after > before + GAIN) | (short & (after >= KEPT * before))
+    better &= ~turned & (away <= goal.off)
     return np.asarray(better, dtype=np.bool_), np.where(np.isinf(after), 180.0, after) - before
 
 
@@ -247,6 +263,7 @@ def snapped(net: Net, goal: Goal) -> tuple[Net, int]:
     edge, apex = tables.sides[bad, most], net.triangles[bad, most]
     height = _heights(tables, edge, apex)
     keep = tables.held[edge] & (height <= goal.off)
+    keep[keep] = ~tables.bring_together(tables.edges[edge[keep], 0], apex[keep])
     bad, edge, apex, height = bad[keep], edge[keep], apex[keep], height[keep]
     order = np.lexsort((edge, height))
     bad, edge, apex = bad[order], edge[order], apex[order]
@@ -271,14 +288,8 @@ def snapped(net: Net, goal: Goal) -> tuple[Net, int]:
     added = np.stack([opposite, new, two], axis=1)
     stays = np.ones(len(triangles), dtype=bool)
     stays[bad] = False
-    made = Net(
-        net.vertices,
-        np.concatenate([triangles[stays], added]),
-        np.concatenate([net.owner[stays], net.owner[hit]]),
-        np.concatenate([net.normals[stays], net.normals[hit]]),
-        np.concatenate([net.fresh[stays], np.ones(len(hit), dtype=bool)]),
-    )
-    return made, len(bad)
+    second = replace(taken(net, hit), triangles=added, fresh=np.ones(len(hit), dtype=np.bool_))
+    return put_together(taken(replace(net, triangles=triangles), stays), second), len(bad)
 
 
 def _heights(tables: Tables, edge: IntArray, apex: IntArray) -> FloatArray:
@@ -314,4 +325,6 @@ def renumbered(net: Net, target: IntArray) -> Net:
     a, b, c = triangles.T
     whole = (a != b) & (b != c) & (c != a)
     fresh = net.fresh | (triangles != net.triangles).any(axis=1)
-    return Net(net.vertices, triangles[whole], net.owner[whole], net.normals[whole], fresh[whole])
+    return taken(
+        replace(net, triangles=triangles, fresh=np.asarray(fresh, dtype=np.bool_)), np.asarray(whole)
+    )

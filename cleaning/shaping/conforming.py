@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from graben.arrays import FloatArray, IntArray, floats, ints
-from graben.cleaning.complex_mesh import Net, put_together, taken
-from graben.cleaning.complex_passes import Goal, around_bad, collapsed, flipped, renumbered, snapped
+from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
+from graben.cleaning.shaping.complex_mesh import Net, put_together, taken
+from graben.cleaning.shaping.complex_passes import Goal, around_bad, collapsed, flipped, renumbered, snapped
+from graben.proximity import box_pairs
 from graben.refinement import refined
 from graben.surface import Surface, edge_table, triangle_normals
 from graben.validators.measuring.measures import components
@@ -23,8 +24,11 @@ MOST_ROUNDS = 4
 STRICTER = 0.3
 
 
-def stacked(surfaces: Sequence[Surface]) -> Net:
-    """Return the net of surfaces as they are; vertices equal to the bit are one."""
+def stacked(surfaces: Sequence[Surface], meeting: BoolArray) -> Net:
+    """Return the net of surfaces as they are; vertices equal to the bit are one.
+
+    ``meeting`` (surfaces, surfaces) says which of them meet.
+    """
     points = np.concatenate([s.vertices for s in surfaces]) + 0.0
     starts = np.cumsum([0, *(len(s.vertices) for s in surfaces)])
     triangles = np.concatenate([s.triangles + n for s, n in zip(surfaces, starts, strict=False)])
@@ -33,23 +37,54 @@ def stacked(surfaces: Sequence[Surface]) -> Net:
     normals = np.concatenate([_unit(triangle_normals(s.vertices, s.triangles)) for s in surfaces])
     owner = np.repeat(np.arange(len(surfaces)), [len(s.triangles) for s in surfaces])
     fresh = np.zeros(len(triangles), dtype=bool)
-    return Net(vertices, index.reshape(-1)[flat].reshape(-1, 3), owner, normals, fresh)
+    return Net(vertices, index.reshape(-1)[flat].reshape(-1, 3), owner, normals, fresh, meeting)
 
 
-def divided(net: Net) -> tuple[Net, int]:
+def divided(net: Net, anew: bool = False) -> tuple[Net, int]:
     """Return the exact common refinement of the surfaces of a net, and how many triangles were divided.
 
     Surfaces may cross each other in any way; the parts of a divided triangle are fresh.
+
+    Parameters
+    ----------
+    net : Net
+        Surfaces that share vertices by index.
+    anew : bool
+        Whether only fresh triangles can cross others, all else being conforming already.
     """
+    near = _crossing(net) if anew else np.ones(len(net.triangles), dtype=np.bool_)
+    part = taken(net, near)
     count = int(net.owner.max(initial=-1)) + 1
-    rows = [np.flatnonzero(net.owner == k) for k in range(count)]
-    network = refined([Surface("", net.vertices, ints(net.triangles[r], -1, 3)) for r in rows])
+    rows = [np.flatnonzero(part.owner == k) for k in range(count)]
+    network = refined([Surface("", net.vertices, ints(part.triangles[r], -1, 3)) for r in rows])
     starts = np.cumsum([0, *map(len, rows)])
     parent = np.concatenate(rows)[starts[network.owner] + network.parent]
-    parts = np.bincount(parent, minlength=len(net.fresh))
-    fresh = np.asarray((parts[parent] > 1) | net.fresh[parent], dtype=np.bool_)
-    made = Net(network.vertices, network.triangles, network.owner, net.normals[parent], fresh)
-    return made, int((parts > 1).sum())
+    parts = np.bincount(parent, minlength=len(part.fresh))
+    if not (parts > 1).any():
+        return net, 0
+    fresh = np.asarray((parts[parent] > 1) | part.fresh[parent], dtype=np.bool_)
+    made = Net(network.vertices, network.triangles, network.owner, part.normals[parent], fresh, net.meeting)
+    return _one(taken(net, ~near), made), int((parts > 1).sum())
+
+
+def _crossing(net: Net) -> BoolArray:
+    """Return which triangles may cross a fresh one of another surface, or are one, shape (m,)."""
+    corners = net.vertices[net.triangles]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    fresh = np.flatnonzero(net.fresh)
+    pairs = box_pairs(low[fresh], high[fresh], low, high)
+    near = net.fresh.copy()
+    near[pairs[net.owner[fresh[pairs[:, 0]]] != net.owner[pairs[:, 1]], 1]] = True
+    return near
+
+
+def _one(rest: Net, part: Net) -> Net:
+    """Return two parts of a net, each with vertices of its own, as one; vertices equal to the bit are one."""
+    points = np.concatenate([rest.vertices, part.vertices]) + 0.0
+    moved = replace(part, triangles=part.triangles + len(rest.vertices))
+    both = put_together(replace(rest, vertices=points), replace(moved, vertices=points))
+    vertices, index = np.unique(points, axis=0, return_inverse=True)
+    return replace(both, vertices=vertices, triangles=index.reshape(-1)[both.triangles])
 
 
 def welded(net: Net, tolerance: float) -> Net:
@@ -104,7 +139,7 @@ def conformed(net: Net, goal: Goal, contact: float) -> Net:
     Where the new triangles cross anew, they are refined again, with less freedom.
     """
     for _ in range(MOST_ROUNDS):
-        net, count = divided(net)
+        net, count = divided(net, anew=True)
         if not count:
             break
         net = bettered(welded(net, contact), goal)

@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 
 from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
-from graben.cleaning.rim_chains import Ways, directed_chain, ways_on
-from graben.cleaning.trend import Trend, trend
+from graben.cleaning.shaping.rim_chains import Ways, directed_chain, ways_on
+from graben.cleaning.shaping.trend import Trend, trend
 from graben.errors import GrabenError
 from graben.proximity import nearest
 from graben.surface import Surface, triangle_normals
@@ -46,6 +46,8 @@ class Extension:
         What was added, as a surface of its own.
     triangles : (t,) array
         The triangles of ``surface`` that were added.
+    front : (k,) array
+        Its vertices along what is the rim of the fault there now.
     length : float
         The greatest length, model units.
     folded : int
@@ -55,6 +57,7 @@ class Extension:
     surface: Surface
     patch: Surface
     triangles: IntArray
+    front: IntArray
     length: float
     folded: int = 0
 
@@ -100,7 +103,7 @@ def extended(
         far[[0, -1]] = far[[0, -1]].max()
     if not far.any():
         nothing = replace(surface, vertices=floats([], 0, 3), triangles=ints([], 0, 3), lines=ints([]))
-        return Extension(surface, nothing, ints([]), 0.0)
+        return Extension(surface, nothing, ints([]), ints([]), 0.0)
     best: Extension | None = None
     for smooth, bend in _TRIES:
         made = _grown(surface, chain, floats(far), h, smooth, bend)
@@ -129,7 +132,7 @@ def _grown(
     points = surface.vertices[chain]
     s = floats(np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]))
     fixed = floats(s[ways.corner])
-    vertices, triangles = _rows(surface, chain, s, far, h, _placed(curves, s), fixed)
+    vertices, triangles, front = _rows(surface, chain, s, far, h, _placed(curves, s), fixed)
     whole = replace(
         surface,
         vertices=np.concatenate([surface.vertices, vertices]),
@@ -141,7 +144,8 @@ def _grown(
     used, corners = np.unique(triangles, return_inverse=True)
     patch = Surface(surface.name, whole.vertices[used], ints(corners.reshape(-1, 3)))
     new = ints(np.arange(len(surface.triangles), len(whole.triangles)))
-    return Extension(whole, patch, new, float(far.max()), _folded(surface, whole, triangles, chain, ways, h))
+    folded = _folded(surface, whole, triangles, chain, ways, h)
+    return Extension(whole, patch, new, front, float(far.max()), folded)
 
 
 def _placed(curves: Trend, s: FloatArray) -> _Place:
@@ -163,8 +167,8 @@ def _rows(
     h: float,
     place: _Place,
     fixed: FloatArray,
-) -> tuple[FloatArray, IntArray]:
-    """Return the new vertices and triangles, row by row away from the rim."""
+) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return the new vertices and triangles, row by row away from the rim, and the vertices of the last."""
     height = float(far.max()) / max(1, round(float(far.max()) / h))
     index, along, at = chain, s, surface.vertices[chain]
     added: list[FloatArray] = []
@@ -198,7 +202,7 @@ def _rows(
         index = ints(np.concatenate([f[0] for f in fronts]))
         along = floats(np.concatenate([f[1] for f in fronts]))
         at = floats(np.concatenate([f[2] for f in fronts]))
-    return floats(np.concatenate(added)), ints(np.concatenate(strips))
+    return floats(np.concatenate(added)), ints(np.concatenate(strips)), index
 
 
 def _risen(

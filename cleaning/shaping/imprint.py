@@ -8,8 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray
-from graben.cleaning.complex_mesh import Net, Tables, expanded
-from graben.cleaning.subdivision import Inserts, subdivided
+from graben.cleaning.shaping.complex_mesh import FREE, Net, Tables, expanded
+from graben.cleaning.shaping.shared import among
+from graben.cleaning.shaping.subdivision import Inserts, subdivided
 from graben.proximity import box_pairs, nearest
 from graben.validators.measuring.measures import components
 
@@ -20,6 +21,8 @@ BULGE = 0.1
 SNAP = 0.05
 #: Sine of the angle below which two edges run along each other and do not cross.
 _ALONG = 1e-3
+#: A vertex is led into an edge of the rim where it is this many times further from its ends than off it.
+_BESIDE = 2.0
 #: How a point lies on a surface.
 _VERTEX, _EDGE, _FACE = 0, 1, 2
 
@@ -60,7 +63,9 @@ class _Points:
         return _Points(*(np.concatenate([getattr(p, name) for p in (self, *more)]) for name in names))
 
 
-def imprinted(net: Net, own: int, other: int, reach: float, contact: float) -> Net:
+def imprinted(
+    net: Net, own: int, other: int, reach: float, contact: float, places: FloatArray | None = None
+) -> Net:
     """Return a net in which the rim of one surface, where it lies on another, is edges of both.
 
     The vertices of the rim within reach of the other are moved onto it and become vertices of it; where the
@@ -76,6 +81,8 @@ def imprinted(net: Net, own: int, other: int, reach: float, contact: float) -> N
         How far off the other a vertex of the rim may lie, model units.
     contact : float
         Distance at which two places are one, model units.
+    places : (k, 3) array, optional
+        Where given, only vertices at these places, equal to the bit, are moved.
     """
     tables = Tables(net, contact)
     rim = _rim(tables, own)
@@ -85,6 +92,8 @@ def imprinted(net: Net, own: int, other: int, reach: float, contact: float) -> N
     vertices = np.unique(tables.edges[rim])
     near = nearest(net.vertices[vertices], net.vertices, net.triangles[mine])
     on = near.distance <= reach
+    if places is not None:
+        on &= among(net.vertices[vertices], places)
     lines = rim[np.isin(tables.edges[rim], vertices[on]).all(axis=1)]
     lines = lines[~_shared(tables, lines, other)]
     on &= np.isin(vertices, tables.edges[lines])
@@ -154,10 +163,14 @@ def _placed(
     share = np.einsum("ijk,ijk->ij", place[:, None] - corners, sides) / size**2
     foot = corners + np.clip(share, 0, 1)[..., None] * sides
     away = np.linalg.norm(foot - place[:, None], axis=2)
-    k = away.argmin(axis=1)
+    # a line of the other counts before what lies inside it: a rim beside it would leave a strip
+    line = tables.held[tables.sides[triangle]][:, [2, 0, 1]] & (away <= near[:, None])
+    k = np.where(line.any(axis=1), np.where(line, away, np.inf).argmin(axis=1), away.argmin(axis=1))
     hit = away[rows, k] <= near
     kind[hit], index[hit], where[hit] = _EDGE, tables.sides[triangle, (k + 2) % 3][hit], foot[rows, k][hit]
     away = np.linalg.norm(corners - place[:, None], axis=2)
+    on_line = (tables.kind != FREE)[net.triangles[triangle]]
+    away = np.where(line.any(axis=1)[:, None] & ~on_line, np.inf, away)
     k = away.argmin(axis=1)
     hit = (away[rows, k] <= near) & ~tables.bring_together(vertices, net.triangles[triangle, k])
     kind[hit], index[hit], where[hit] = _VERTEX, net.triangles[triangle, k][hit], corners[rows, k][hit]
@@ -185,7 +198,10 @@ def _vertices_on(
     way = b[row] - a[row]
     share = np.einsum("ij,ij->i", p[which] - a[row], way) / np.einsum("ij,ij->i", way, way)
     away = np.linalg.norm(a[row] + share[:, None] * way - p[which], axis=1)
-    hit = (away <= reach[row]) & (share > 0) & (share < 1)
+    # beside an end of the edge the rim's own triangle may not hold it
+    inside = np.minimum(share, 1 - share) * np.linalg.norm(way, axis=1)
+    hit = (away <= reach[row]) & (inside > _BESIDE * away)
+    hit[hit] = ~tables.bring_together(tables.edges[lines[row[hit]], 0], others[which[hit]])
     row, which, share = row[hit], which[hit], share[hit]
     return _Points(lines[row], share, others[which], np.full(len(row), _VERTEX), others[which])
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from graben.arrays import BoolArray, FloatArray, bools, floats, ints
+from graben.cleaning.shaping.shared import among
 from graben.proximity import nearest
 from graben.surface import Surface
 from graben.validators.finite import usable
@@ -28,7 +29,7 @@ def distances(surface: Surface, references: Sequence[Surface]) -> FloatArray:
     if not len(points) or not len(used):
         return floats(away)
     # vertices equal to the bit need no search, and none of its rounding
-    kept = _among(surface.vertices[used], points)
+    kept = among(surface.vertices[used], points)
     asked = used[~kept]
     away[asked] = nearest(surface.vertices[asked], points, np.arange(len(points)).reshape(-1, 3)).distance
     return floats(away)
@@ -51,12 +52,3 @@ def _sound(surface: Surface) -> BoolArray:
     place = bools(usable(surface.vertices).all(axis=1))
     fit = there & (place[np.where(there, t, 0)] if len(place) else False)
     return np.asarray(fit.all(axis=1), dtype=np.bool_)
-
-
-def _among(points: FloatArray, others: FloatArray) -> BoolArray:
-    """Return which points are equal to the bit to one of others, shape (n,)."""
-    both = np.concatenate([others, points]) + 0.0
-    place = np.unique(both, axis=0, return_inverse=True)[1].reshape(-1)
-    known = np.zeros(place.max() + 1, dtype=np.bool_)
-    known[place[: len(others)]] = True
-    return np.asarray(known[place[len(others) :]], dtype=np.bool_)

@@ -320,7 +320,7 @@ def _normals(surface: Surface, chain: IntArray, window: float) -> FloatArray:
 
 
 def at_corners(surface: Surface, chain: IntArray) -> BoolArray:
-    """Return whether the ends of a chain of rim vertices are corners, shape (2,); those of a whole rim are."""
+    """Return whether the ends of a chain of rim vertices are corners, shape (2,); of a whole rim they are."""
     if chain[0] == chain[-1]:
         return np.ones(2, dtype=np.bool_)
     return _corner_vertices(surface, boundary_edges(surface.triangles))[chain[[0, -1]]]

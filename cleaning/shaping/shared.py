@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from graben.arrays import BoolArray
+from graben.arrays import BoolArray, FloatArray
 from graben.surface import Surface
 
 
@@ -19,15 +19,17 @@ def shared_vertices(surface: Surface, others: Iterable[Surface]) -> BoolArray:
     [True, True, False]
     """
     points = [o.vertices for o in others if o is not surface]
-    shared = np.zeros(len(surface.vertices), dtype=np.bool_)
-    if not points or not len(shared):
-        return shared
-    own = surface.vertices + 0.0
-    low, high = own.min(axis=0), own.max(axis=0)
-    other = np.concatenate(points) + 0.0
-    other = other[((other >= low) & (other <= high)).all(axis=1)]
-    both = np.concatenate([np.unique(other, axis=0), own])
-    place, counts = np.unique(both, axis=0, return_inverse=True, return_counts=True)[1:]
-    of_other = np.zeros(len(counts), dtype=np.bool_)
-    of_other[place.reshape(-1)[: len(both) - len(own)]] = True
-    return np.asarray(of_other[place.reshape(-1)[len(both) - len(own) :]], dtype=np.bool_)
+    if not points or not len(surface.vertices):
+        return np.zeros(len(surface.vertices), dtype=np.bool_)
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    other = np.concatenate(points)
+    return among(surface.vertices, other[((other >= low) & (other <= high)).all(axis=1)])
+
+
+def among(points: FloatArray, others: FloatArray) -> BoolArray:
+    """Return which points (n, 3) are equal to the bit to one of others (m, 3), shape (n,)."""
+    both = np.concatenate([others, points]) + 0.0
+    place = np.unique(both, axis=0, return_inverse=True)[1].reshape(-1)
+    known = np.zeros(place.max(initial=-1) + 1, dtype=np.bool_)
+    known[place[: len(others)]] = True
+    return np.asarray(known[place[len(others) :]], dtype=np.bool_)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -10,7 +10,7 @@ import triangle as triangle_library
 from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray, bools
-from graben.cleaning.complex_mesh import Net, Tables, expanded
+from graben.cleaning.shaping.complex_mesh import Net, Tables, expanded, taken
 from graben.errors import GrabenError
 
 #: Distance between the places at which triangles are laid out side by side, in sides of 1.
@@ -87,8 +87,9 @@ def _whole(net: Net, triangles: IntArray, source: IntArray, fresh: BoolArray) ->
     a, b, c = triangles.T
     good = (a != b) & (b != c) & (c != a)
     source = source[good]
-    return Net(
-        net.vertices, triangles[good], net.owner[source], net.normals[source], net.fresh[source] | fresh[good]
+    made = taken(net, source)
+    return replace(
+        made, triangles=triangles[good], fresh=np.asarray(made.fresh | fresh[good], dtype=np.bool_)
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from graben.arrays import FloatArray, IntArray, floats
-from graben.cleaning.rim_chains import SHEET, Ways
+from graben.cleaning.shaping.rim_chains import SHEET, Ways
 from graben.surface import Surface, triangle_normals
 from graben.validators.measuring.rim_lines import unit
 

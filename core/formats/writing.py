@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from graben.arrays import FloatArray, IntArray, floats, ints
+from graben.errors import OutputError
 from graben.formats.irap import grid_surface, write_irap_ascii
 from graben.formats.names import file_names
 from graben.formats.tsurf_writer import Feature, in_convention, write_tsurf
-from graben.model import GridGeometry, Horizon, Model
+from graben.model import Fault, GridGeometry, Horizon, Model
 from graben.surface import Surface
 
 _TRUTH = "truth"
@@ -38,26 +40,50 @@ def write_model(model: Model, folder: Path) -> Path:
     Path
         The model.toml.
     """
-    import tomli_w
-
     folder.mkdir(parents=True, exist_ok=True)
     stems = file_names(["model", *(s.name for s in model.surfaces)])[1:]
     count = len(model.horizons)
-    horizons = [_written_horizon(model, h, folder, s) for h, s in zip(model.horizons, stems, strict=False)]
-    faults: list[dict[str, Any]] = []
-    for fault, stem in zip(model.faults, stems[count:], strict=True):
-        _write_surface(model, fault.surface, folder / f"{stem}.ts", "fault")
-        faults.append(_without_none({"name": fault.name, "file": f"{stem}.ts", "gamma": fault.gamma}))
+    horizons = [written_horizon(model, h, folder, s) for h, s in zip(model.horizons, stems, strict=False)]
+    faults = [written_fault(model, f, folder, s) for f, s in zip(model.faults, stems[count:], strict=True)]
+    return write_model_file(model, horizons, faults, folder)
+
+
+def write_model_file(
+    model: Model, horizons: Iterable[dict[str, Any]], faults: Iterable[dict[str, Any]], folder: Path
+) -> Path:
+    """Write model.toml with the settings of a model, and copy its truth where there is one.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    horizons, faults : iterable of dict
+        The keys of each [[horizons]] and [[faults]]; those that are None are left out.
+    folder : Path
+        Where; their files are written there already.
+
+    Raises
+    ------
+    OutputError
+        When the folder lies inside the truth, which would then be copied into itself without end.
+    """
+    import tomli_w
+
     truth = None
     if model.truth is not None:
         truth = _TRUTH
+        if folder.resolve().is_relative_to(model.truth.resolve()):
+            raise OutputError(
+                f"The output would lie inside {model.truth}, the truth of the model, which is copied along: "
+                "choose another -o."
+            )
         if model.truth.resolve() != (folder / _TRUTH).resolve():
             shutil.copytree(model.truth, folder / _TRUTH, dirs_exist_ok=True)
     head = {"name": model.name, "z": model.z, "unit": model.unit, "crs": model.crs, "truth": truth}
     tables = {
         "model": [_without_none(head)],
-        "horizons": horizons,
-        "faults": faults,
+        "horizons": [_without_none(keys) for keys in horizons],
+        "faults": [_without_none(keys) for keys in faults],
         "parameters": [model.parameters.model_dump(exclude_defaults=True)],
         "repair": [model.repair.model_dump(exclude_defaults=True)],
         "contacts": [{"faults": list(c.faults), "rule": c.rule} for c in model.contacts],
@@ -75,8 +101,14 @@ def write_model(model: Model, folder: Path) -> Path:
     return path
 
 
-def _written_horizon(model: Model, horizon: Horizon, folder: Path, stem: str) -> dict[str, Any]:
-    """Write the file of a horizon and return its keys."""
+def written_fault(model: Model, fault: Fault, folder: Path, stem: str) -> dict[str, Any]:
+    """Write a fault as a TSurf file of its own and return the keys of its [[faults]]."""
+    _write_surface(model, fault.surface, folder / f"{stem}.ts", "fault")
+    return {"name": fault.name, "file": f"{stem}.ts", "gamma": fault.gamma}
+
+
+def written_horizon(model: Model, horizon: Horizon, folder: Path, stem: str) -> dict[str, Any]:
+    """Write the file of a horizon, as of :func:`write_model`, and return the keys of its [[horizons]]."""
     keys: dict[str, Any] = {"name": horizon.name}
     values = None if len(horizon.picks) else _grid_values(horizon)
     if horizon.grid is not None and values is not None:

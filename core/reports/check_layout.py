@@ -36,8 +36,8 @@ Row = tuple[Sequence[Panel], float]
 Scale = tuple[LinearSegmentedColormap, Normalize]
 
 
-def composed(rows: Sequence[Row], scale: Scale | None = None) -> Figure:
-    """Return a figure of rows of panels, with a bar of dips beside the first row where there is a scale."""
+def composed(rows: Sequence[Row], scale: Scale | None = None, label: str = "dip [degrees]") -> Figure:
+    """Return a figure of rows of panels; with a scale, the first row has a bar of its colours beside it."""
     bar = 0.0 if scale is None else _BAR
     room = _WIDTH - _LEFT - _RIGHT - bar
     widths = [(room - _GAP * (len(panels) - 1)) / len(panels) for panels, _ in rows]
@@ -56,9 +56,9 @@ def composed(rows: Sequence[Row], scale: Scale | None = None) -> Figure:
             left = (_WIDTH - bar - _RIGHT + 0.12) / _WIDTH
             side = figure.add_axes((left, bottom / total, 0.1 / _WIDTH, heights[k] / total))
             drawn = figure.colorbar(
-                ScalarMappable(scale[1], scale[0]), cax=side, ticks=MaxNLocator(5, integer=True)
+                ScalarMappable(scale[1], scale[0]), cax=side, ticks=MaxNLocator(5, steps=[1, 2, 5, 10])
             )
-            drawn.set_label("dip [degrees]", fontsize=7.5)
+            drawn.set_label(label, fontsize=7.5)
             drawn.outline.set_linewidth(0.4)
             side.tick_params(labelsize=7)
         bottom -= _BOTTOM

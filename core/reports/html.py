@@ -10,6 +10,7 @@ from graben.finding import CheckResult, Finding, Status
 from graben.modeling.results import HorizonResult, Subdomain
 from graben.reports.figures import convergence_figure, throw_figure
 from graben.reports.json_report import Files
+from graben.reports.ledger_rows import ledger
 from graben.reports.page import Picture, picture, rendered
 from graben.reports.plan_map import detail_window, map_figure
 from graben.reports.section import section_figure, section_place
@@ -18,7 +19,6 @@ from graben.reports.summary import horizon_line, plural, verdict
 from graben.reports.view3d import scene
 
 if TYPE_CHECKING:
-    from graben.cleaning.ledger import RepairAction
     from graben.pipeline import RunResult
 
 #: True throws at the rows of the cutoffs of each horizon, where a truth is known.
@@ -83,7 +83,7 @@ def _page(result: RunResult, files: Files, truth: Truth) -> dict[str, Any]:
         "repaired": bool(result.repairs),
         "before": _check(result.before, frame, step),
         "after": _check(result.after, frame, step),
-        "repairs": [_repair(action, frame, step) for action in result.repairs],
+        **ledger(result.repairs, result.left, result.after, frame, step),
         "timings": [(stage.replace("_", " "), f"{s:.3f}") for stage, s in result.timings.items()],
         "memory": f"{result.peak_memory_mb:.0f}",
     }
@@ -237,16 +237,4 @@ def _finding(finding: Finding, frame: Frame, step: float) -> dict[str, str]:
         "message": finding.message,
         "remedy": finding.remedy,
         "worst": worst,
-    }
-
-
-def _repair(action: RepairAction, frame: Frame, step: float) -> dict[str, str]:
-    return {
-        "action": str(action.action),
-        "check": str(action.check),
-        "objects": ", ".join(action.objects),
-        "count": str(action.count),
-        "move": rounded(action.max_move),
-        "place": "" if action.place is None else frame.place(action.place, step),
-        "reason": action.reason,
     }

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from graben.cleaning.ledger import RepairAction
+    from graben.cleaning.ledger import Left, RepairAction
     from graben.model import Model
     from graben.modeling.results import HorizonResult, Subdomain, Termination
     from graben.pipeline import RunResult
@@ -37,8 +38,9 @@ def run_report(result: RunResult, files: Files) -> dict[str, Any]:
         "schema": 1,
         "model": result.model.name,
         "before": result.before.as_dict(),
-        "repairs": [_repair(action, factor) for action in result.repairs],
+        "repairs": [repair_entry(action, factor) for action in result.repairs],
         "after": result.after.as_dict(),
+        "left": [left_entry(left, factor) for left in result.left],
         "horizons": [_horizon(result.model, h, files.get(h.name, {})) for h in result.horizons],
         "not_modeled": dict(result.not_modeled),
         "parameters": {
@@ -77,19 +79,39 @@ def strict(value: Any) -> Any:
     return value
 
 
-def _repair(action: RepairAction, factor: float) -> dict[str, Any]:
-    place = None if action.place is None else dict(zip("xyz", action.place, strict=True))
-    if place is not None:
-        place["z"] = factor * place["z"]
+def repair_entry(action: RepairAction, factor: float) -> dict[str, Any]:
+    """Return one change of the ledger for JSON; ``factor`` -1 turns elevations into depths."""
     return {
         "action": str(action.action),
         "check": str(action.check),
         "objects": list(action.objects),
         "count": action.count,
         "max_move": action.max_move,
-        "place": place,
+        "place": _place(action.place, factor),
         "reason": action.reason,
+        "size": action.size,
+        "unit": action.unit,
+        "before": [asdict(m) for m in action.before],
+        "after": [asdict(m) for m in action.after],
     }
+
+
+def left_entry(left: Left, factor: float) -> dict[str, Any]:
+    """Return what repair left for JSON; ``factor`` -1 turns elevations into depths."""
+    return {
+        "check": left.check,
+        "objects": list(left.objects),
+        "action": left.action,
+        "place": _place(left.place, factor),
+        "reason": left.reason,
+        "advice": left.advice,
+        "needed": left.needed,
+        "unit": left.unit,
+    }
+
+
+def _place(place: tuple[float, float, float] | None, factor: float) -> dict[str, float] | None:
+    return None if place is None else {"x": place[0], "y": place[1], "z": factor * place[2]}
 
 
 def _horizon(model: Model, result: HorizonResult, files: Mapping[str, str]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from graben.cleaning.limits import distances
+from graben.cleaning.shaping.limits import distances
 from graben.finding import Status
 from graben.model import Fault, Model
 from graben.repairs import repair

@@ -9,9 +9,9 @@ import pytest
 from scipy.spatial import Delaunay, cKDTree
 
 from graben.arrays import FloatArray, IntArray, ints
-from graben.cleaning.extension import Extension, extended
-from graben.cleaning.orient import oriented
-from graben.cleaning.rim_chains import rim_chain, stretch_chain
+from graben.cleaning.shaping.extension import Extension, extended
+from graben.cleaning.shaping.rim_chains import rim_chain, stretch_chain
+from graben.cleaning.shaping.turning import oriented
 from graben.errors import GrabenError
 from graben.proximity import nearest
 from graben.surface import Surface, boundary_loops, triangle_areas, triangle_dips

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from graben.cleaning.trimming import cut_along, divided, main_part, part_of, trimmed
+from graben.cleaning.shaping.trimming import cut_along, divided, main_part, part_of, trimmed
 from graben.surface import Surface, boundary_loops, edge_sharing, edge_table, triangle_areas
 from graben.validators.measuring.measures import angles_of
 from tests.zoo.shapes import STEP, sheet

@@ -46,6 +46,10 @@ def test_has_the_keys_of_the_contract():
         "max_move",
         "place",
         "reason",
+        "size",
+        "unit",
+        "before",
+        "after",
     }
 
 

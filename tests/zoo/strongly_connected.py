@@ -37,7 +37,7 @@ _SIDE_BY_SIDE = joined(level().surface, level().surface.moved(np.array([8.5 * ST
 
 PASSING: tuple[Case, ...] = (
     _passes("two triangles", faults(two_triangles())),
-    _passes("a hole", scene(perforated((2, 3)))),
+    _passes("a hole", scene(perforated((2, 3))), "manifold"),
     _passes("cracked between equal vertices", faults(cracked()), "duplicate"),
     _passes("slit almost through", scene(slit(0.01))),
     _passes("fan", faults(FAN)),

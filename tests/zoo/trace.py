@@ -28,6 +28,11 @@ def _dome(x, y):
     return SLOPE * x + 120.0 * np.exp(-(x**2 + y**2) / (2.0 * 100.0**2))
 
 
+def _thrown(x, y):
+    """A horizon thrown down by a step and a half south of the fault."""
+    return SLOPE * x - 1.5 * STEP / (1.0 + np.exp(y / (0.3 * STEP)))
+
+
 def _case(name: str, model, place=None, objects=("H", "F"), **keys) -> Case:
     return Case(name, "trace", model, place, objects, **keys)
 
@@ -53,7 +58,13 @@ FAILING: tuple[Case, ...] = (
         blocks=True,
         follows=("z-monotone", "min-dip"),
     ),
-    _case("window in the fault", cut(field(), _windowed(-1.0, 1.0)), (-235, 7, None), extended="warn"),
+    _case(
+        "window in the fault",
+        cut(field(), _windowed(-1.0, 1.0)),
+        (-235, 7, None),
+        extended="warn",
+        follows=("manifold",),
+    ),
     _case(
         "horizon rises over the fault",
         cut(field(_dome), plane((-7.1, 0.3), (7.3, -0.2), top=1.0)),
@@ -76,6 +87,18 @@ FAILING: tuple[Case, ...] = (
         follows=("near-miss",),
     ),
     _case(
+        "too short below",
+        cut(field(_thrown), plane((-7.1, 0.3), (7.3, -0.2), bottom=-1.2)),
+        extended="warn",
+        paper="warn",
+    ),
+    _case(
+        "too short above",
+        cut(field(_thrown), plane((-7.1, 0.3), (7.3, -0.2), top=0.2)),
+        extended="warn",
+        paper="warn",
+    ),
+    _case(
         "cuts nothing",
         cut(field(), plane((-5, 0.3), (5, 0.2), top=-1.0, bottom=-3.0)),
         objects=("F",),
@@ -96,5 +119,6 @@ PASSING: tuple[Case, ...] = (
             ends_on={"F": ((0.3, -6), (-0.2, 6), 70.0)},
         ),
     ),
+    _case("long enough", cut(field(_thrown), plane((-7.1, 0.3), (7.3, -0.2), top=1.0, bottom=-2.2))),
     _case("just over two steps", cut(field(), plane((-1.1, 0.3), (1.0, 0.2)))),
 )

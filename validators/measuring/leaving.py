@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from graben.arrays import FloatArray, IntArray, floats
+from graben.arrays import FloatArray, floats
 from graben.surface import Surface, boundary_loops
-from graben.validators.measuring.measures import components, welded_mesh_of
+from graben.validators.measuring.measures import welded_mesh_of
+from graben.validators.measuring.openings import openings
 
 
 def broken_by_holes(horizon: Surface, fault: Surface, reach: float, least: float) -> list[FloatArray]:
@@ -30,7 +31,7 @@ def broken_by_holes(horizon: Surface, fault: Surface, reach: float, least: float
     list of (k, 3) arrays
         The ends of the line at each hole, on the fault, those nearest to the horizon first.
     """
-    holes = _holes(fault)
+    holes = [hole.loop for hole in openings(fault)]
     wall = _outer_boundary(horizon) if holes else None
     if wall is None:
         return []
@@ -51,25 +52,6 @@ def _outer_boundary(horizon: Surface) -> FloatArray | None:
 
 def _plan_length(points: FloatArray) -> float:
     return float(np.hypot(*np.diff(points[:, :2], axis=0).T).sum())
-
-
-def _holes(fault: Surface) -> list[IntArray]:
-    """Return the boundary loops of a fault but the longest of each component."""
-    triangles = welded_mesh_of(fault).triangles
-    loops = boundary_loops(triangles)
-    if len(loops) < 2:
-        return []
-    links = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]]])
-    label = components(len(fault.vertices), links)
-    outer: set[int] = set()
-    holes = []
-    lengths = [float(np.linalg.norm(np.diff(fault.vertices[p], axis=0), axis=1).sum()) for p in loops]
-    for k in np.argsort(lengths)[::-1]:
-        component = int(label[loops[k][0]])
-        if component in outer:
-            holes.append(loops[k])
-        outer.add(component)
-    return holes
 
 
 def _crossings(loop: FloatArray, wall: FloatArray, reach: float) -> FloatArray:
