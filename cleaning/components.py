@@ -3,45 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from types import MappingProxyType
 
 import numpy as np
 
-from graben.arrays import FloatArray, IntArray, bools, floats, ints
+from graben.arrays import bools
 from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
+from graben.cleaning.seams import CHECK, Pieces, pieces_by_size, sewn_together
 from graben.cleaning.shaping.bridging import Bridge, beyond, boxes_near, bridged
 from graben.cleaning.shaping.limits import joined
 from graben.cleaning.shaping.trimming import part_of
 from graben.proximity import nearest
-from graben.surface import Surface, strong_components
-from graben.validators.measuring.measures import amount, areas_of, centroids, percent, places_of, plural
+from graben.surface import Surface
+from graben.validators.measuring.measures import amount, areas_of, centroids, percent, plural
 from graben.validators.self_intersection import TOUCH
 
-CHECK = "strongly-connected"
 #: A piece smaller than this share of the fault's area is a speck.
 SPECK = 0.01
 #: So many pieces, the largest, are joined to each other; no fault is made of more than a few.
 _MOST_JOINED = 24
-
-
-@dataclass(frozen=True, eq=False)
-class _Pieces:
-    """The pieces of a fault by size: the piece of each triangle (m,), the largest 0, and areas (p,)."""
-
-    label: IntArray
-    areas: FloatArray
-
-
-def _pieces(surface: Surface) -> _Pieces:
-    """Return the pieces of a surface; vertices at one place count as one."""
-    label = strong_components(places_of(surface)[surface.triangles])
-    areas = np.bincount(label, areas_of(surface))
-    order = np.argsort(-areas, kind="stable")
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
-    return _Pieces(ints(rank[label]), floats(areas[order]))
 
 
 def _propose(task: Task) -> Sequence[Change | Refusal]:
@@ -63,9 +44,10 @@ def _of_fault(task: Task, surface: Surface, taken: set[str]) -> Change | None:
     """Return a fault in one piece; None where it is."""
     name = surface.name
     surface, steps = _without_specks(task, surface)
+    surface, seams = sewn_together(task, surface)
     surface, strips, joins, why = _joined(task, surface)
     parts, splits = _split(task, surface, taken, why)
-    steps = [*steps, *joins, *splits]
+    steps = [*steps, *seams, *joins, *splits]
     if not steps:
         return None
     declared = {name: strips} if strips is not None else {}
@@ -74,7 +56,7 @@ def _of_fault(task: Task, surface: Surface, taken: set[str]) -> Change | None:
 
 def _without_specks(task: Task, surface: Surface) -> tuple[Surface, list[Step]]:
     """Return a surface without its pieces of no size."""
-    pieces = _pieces(surface)
+    pieces = pieces_by_size(surface)
     total = float(pieces.areas.sum())
     specks = np.flatnonzero(pieces.areas < SPECK * total)
     specks = specks[specks > 0]
@@ -103,7 +85,7 @@ def _joined(task: Task, surface: Surface) -> tuple[Surface, Surface | None, list
     strips: Surface | None = None
     steps: list[Step] = []
     while True:
-        pieces = _pieces(surface)
+        pieces = pieces_by_size(surface)
         tried = _tried(surface, pieces, limit, touch, task.unit)
         good = {pair: bridge for pair, bridge in tried.items() if not bridge.problem}
         if not good:
@@ -120,7 +102,7 @@ def _joined(task: Task, surface: Surface) -> tuple[Surface, Surface | None, list
 
 
 def _reason(
-    surface: Surface, pieces: _Pieces, piece: int, tried: dict[tuple[int, int], Bridge], task: Task
+    surface: Surface, pieces: Pieces, piece: int, tried: dict[tuple[int, int], Bridge], task: Task
 ) -> str:
     """Return why a piece of a surface was not joined to another, in words."""
     own = surface.triangles[pieces.label == piece]
@@ -137,7 +119,7 @@ def _reason(
 
 
 def _tried(
-    surface: Surface, pieces: _Pieces, limit: float, touch: float, unit: str
+    surface: Surface, pieces: Pieces, limit: float, touch: float, unit: str
 ) -> dict[tuple[int, int], Bridge]:
     """Return what joining comes to for each two pieces that are near each other, the larger first."""
     masks = [bools(pieces.label == k) for k in range(min(len(pieces.areas), _MOST_JOINED))]
@@ -148,12 +130,12 @@ def _tried(
     }
 
 
-def _join_step(task: Task, name: str, pieces: _Pieces, pair: tuple[int, int], bridge: Bridge) -> Step:
+def _join_step(task: Task, name: str, pieces: Pieces, pair: tuple[int, int], bridge: Bridge) -> Step:
     """Return what is said of a strip."""
     assert bridge.strip is not None
     strip, (first, second) = bridge.strip, pieces.areas[list(pair)]
-    area = float(areas_of(strip).sum())
     turned = " The smaller one was turned to agree with the other." if bridge.flipped else ""
+    area = float(areas_of(strip).sum())
     reason = (
         f"Two pieces of {name}, of {_area(first, task)} and {_area(second, task)}, were joined by a strip of "
         f"{plural(len(strip.triangles), 'triangle')} and {_area(area, task)} along "
@@ -168,7 +150,7 @@ def _split(
     task: Task, surface: Surface, taken: set[str], why: dict[int, str]
 ) -> tuple[tuple[Surface, ...], list[Step]]:
     """Return each piece of a surface as a surface, the largest under its name, the others under free ones."""
-    pieces = _pieces(surface)
+    pieces = pieces_by_size(surface)
     if len(pieces.areas) == 1:
         return (surface,), []
     names, total = set(taken), float(pieces.areas.sum())

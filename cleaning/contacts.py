@@ -7,6 +7,7 @@ one complex: what is done to a vertex or an edge that several of them have is do
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from graben.cleaning.shaping.conforming import (
 )
 from graben.cleaning.shaping.extension import extended
 from graben.cleaning.shaping.imprint import imprinted
-from graben.cleaning.shaping.limits import joined
+from graben.cleaning.shaping.limits import ROUNDING, joined
 from graben.cleaning.shaping.rim_chains import ways_on
 from graben.errors import GrabenError
 from graben.finding import Finding, Status
@@ -48,6 +49,8 @@ NOISE = 0.1
 _FURTHER = 1.5
 #: Share of a fault's area that is cut back as a stub; more is a matter for a person.
 MOST_CUT = 0.1
+#: Share of the median edge below which a rim's vertex is there already.
+_REACHED = 0.05
 #: Least cosine between the way on and that to the nearest point of the other for it to lie ahead: 30 degrees.
 _AHEAD = 0.866
 #: Share of a gap by which the rim of an extension may miss the other fault and is then moved onto it.
@@ -74,6 +77,7 @@ def _worked(task: Task, group: Sequence[int], decisions: Sequence[Decision]) -> 
     old = [task.model.faults[k].surface for k in group]
     place = {k: n for n, k in enumerate(group)}
     grown, patches, fronts, steps, refusals = _extended(task, group, decisions)
+    decisions = [_with_neighbours(task, group, d, fronts.get(d.own)) for d in decisions]
     net = stacked(grown, _meeting(task, group, decisions))
     for decision in sorted(decisions, key=lambda d: d.size):
         own, landing = place[decision.own], decision.what is What.EXTEND
@@ -93,6 +97,8 @@ def _worked(task: Task, group: Sequence[int], decisions: Sequence[Decision]) -> 
         rest = [k for k in group if k not in crossed]
         within = [d for d in decisions if d.own in rest and set(d.others) <= set(rest)]
         return [_waits(task, k) for k in crossed] + (_worked(task, rest, within) if len(rest) > 1 else [])
+    # slivers at the ends of a branch line can hold together what it cuts: they go first
+    net = bettered(net, goal)
     for decision in (d for d in decisions if d.what is What.CUT):
         net, done = _cut_back(task, net, decision, place)
         steps += [s for s in done if isinstance(s, Step)]
@@ -132,6 +138,28 @@ def _tangled(decision: Decision, own: str, other: str) -> Refusal:
     )
 
 
+def _with_neighbours(
+    task: Task, group: Sequence[int], decision: Decision, front: FloatArray | None
+) -> Decision:
+    """Return a decision to extend a fault with all others that it comes to meet there.
+
+    Where others meet in a line, and the new rim lands on that, it meets all of them.
+    """
+    if decision.what is not What.EXTEND or front is None:
+        return decision
+    beside = set(decision.others)
+    for contact in task.evidence.contacts:
+        if beside.intersection(contact.surfaces):
+            beside |= set(contact.surfaces)
+    reach = _LANDING * decision.size
+    more = []
+    for k in sorted(beside.intersection(group) - {decision.own, *decision.others}):
+        surface = task.model.faults[k].surface
+        if (nearest(front, surface.vertices, surface.triangles).distance <= reach).any():
+            more.append(k)
+    return replace(decision, others=(*decision.others, *more))
+
+
 def _meeting(task: Task, group: Sequence[int], decisions: Iterable[Decision]) -> BoolArray:
     """Return which faults of a group meet, or are to, shape (faults, faults)."""
     meeting = np.eye(len(task.model.faults), dtype=np.bool_)
@@ -161,11 +189,20 @@ def _extended(
         own, others = grown[k], [task.model.faults[j].surface for j in decision.others]
         names = " and ".join(s.name for s in others)
         chain = chain_of(own, decision.path)
-        far = _lengths(own, chain, others, decision.size)
-        made = None if far is None else extended(own, chain, far)
-        if made is None or made.folded:
+        # first on along the fault's own trend, whatever notches its rim has, then square to the rim itself
+        for straight in (True, False):
+            far = _lengths(own, chain, others, decision.size, straight)
+            made = None if far is None else extended(own, chain, far, straight=straight)
+            if made is not None and not made.folded:
+                break
+        limit = task.max_extension(own.name)
+        if made is None or made.folded or made.length > limit * (1.0 + ROUNDING):
             why = f"it would not meet {names}" if made is None else "it would fold over"
-            refusals.append(_not_extended(task, decision, names, why))
+            needed = None
+            if made is not None and not made.folded:
+                why = f"that takes {amount(made.length, task.unit)}, more than max_extension = {limit:.3g}"
+                needed = made.length - limit
+            refusals.append(_not_extended(task, decision, names, why, needed))
             continue
         grown[k] = made.surface
         front = made.surface.vertices[made.front]
@@ -187,7 +224,7 @@ def _extended(
     return [grown[k] for k in group], patches, fronts, steps, refusals
 
 
-def _not_extended(task: Task, decision: Decision, names: str, why: str) -> Refusal:
+def _not_extended(task: Task, decision: Decision, names: str, why: str, needed: float | None) -> Refusal:
     own = task.model.faults[decision.own].name
     return Refusal(
         "near-miss",
@@ -195,19 +232,21 @@ def _not_extended(task: Task, decision: Decision, names: str, why: str) -> Refus
         f"{own} ends {amount(decision.size, task.unit)} short of {names}; extended along its trend {why}.",
         "Extend it by hand, or say that it is meant so under [[contacts]].",
         decision.place,
-        decision.size,
+        needed,
         task.unit,
     )
 
 
-def _lengths(own: Surface, chain: IntArray, others: Sequence[Surface], size: float) -> FloatArray | None:
+def _lengths(
+    own: Surface, chain: IntArray, others: Sequence[Surface], size: float, straight: bool
+) -> FloatArray | None:
     """Return how far it is from each vertex of a chain of the rim to other faults, along the way on.
 
     Where the way misses them, what its neighbours have; None where all miss.
     """
     if len(chain) < 2:
         return None
-    ways = ways_on(own, chain, floats(np.ones(len(chain))), 2.0 * own.median_edge)
+    ways = ways_on(own, chain, floats(np.ones(len(chain))), 2.0 * own.median_edge, straight)
     reach = _FURTHER * size
     points = own.vertices[chain]
     far = reach * TriangleTree(others).first(points, reach * ways.way, -1).distance
@@ -222,7 +261,9 @@ def _lengths(own: Surface, chain: IntArray, others: Sequence[Surface], size: flo
     if not met.any():
         return None
     s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    return floats(np.interp(s, s[met], far[met]))
+    far = np.interp(s, s[met], far[met])
+    # where the rim all but reaches the others it is moved there, and nothing is added
+    return floats(np.where(far < _REACHED * own.median_edge, 0.0, far))
 
 
 def _cut_back(
@@ -242,8 +283,6 @@ def _cut_back(
         "all of that off.",
         "Cut it back by hand, or say that it is meant so under [[contacts]].",
         where,
-        decision.size,
-        task.unit,
     )
     if not len(common):
         return net, [left]
@@ -254,7 +293,7 @@ def _cut_back(
     reach = np.zeros(len(areas))
     np.maximum.at(reach, part, away)
     limit = task.max_extension(names[0])
-    gone = (reach <= limit) & (areas <= MOST_CUT * areas.sum())
+    gone = (reach > task.contact) & (reach <= limit) & (areas <= MOST_CUT * areas.sum())
     gone[areas.argmax()] = False
     if not gone.any():
         return net, [left]
@@ -293,16 +332,17 @@ def _shared_lines(
     joining = {
         frozenset(faults[k].name for k in (d.own, d.others[0])): d for d in decisions if d.what is What.JOIN
     }
+    known = {f.name for f in faults}
     steps: dict[frozenset[str], Step] = {}
     for finding in task.findings:
-        names = tuple(n for n in finding.objects if n in changed)
+        names = tuple(n for n in finding.objects if n in known)
         pair = frozenset(names)
-        if len(names) != 2 or pair in steps or (finding.check == "near-miss" and pair not in joining):
+        told = pair in steps or (finding.check == "near-miss" and pair not in joining)
+        if len(names) != 2 or told or not pair.intersection(changed):
             continue
         reason = f"{names[0]} and {names[1]} have the line in which they meet as common edges now"
         if pair in joining:
-            own, moved = faults[joining[pair].own].name, amount(joining[pair].size, task.unit)
-            reason += f"; the rim of {own} was put on the other, by moves of up to {moved}"
+            reason += f"; the rim of {faults[joining[pair].own].name} was put on the other"
         place = finding.places[0] if len(finding.places) else None
         steps[pair] = Step(finding.check, names, finding.count, place, f"{reason}.")
     return list(steps.values())
@@ -313,6 +353,6 @@ REPAIR = Repair(
     ("simplicial-complex", "near-miss", "junction-values"),
     "gives faults that meet common edges, extends them over gaps, cuts stubs back, puts rims on other faults",
     _propose,
-    Need.COMPLEX,
+    Need.ANCHORS,
     _answers,
 )

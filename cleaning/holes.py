@@ -219,7 +219,7 @@ def _left(task: Task, surface: Surface, left: list[tuple[Opening, Filling]]) -> 
     else:
         reason = f"A hole of {name} is {wide} wide, over twice max_extension, {amount(limit, task.unit)}."
         advice = "Raise max_extension, fill it by hand, or leave it if the fault does end there."
-        needed = made.width - limit
+        needed = (made.width - limit) / 2.0
     if len(left) > 1:
         reason = f"{plural(len(left), 'hole')} of {name} are left. The widest: {reason}"
     place = surface.vertices[hole.loop[0]]

@@ -12,7 +12,7 @@ from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
 from graben.cleaning.shaping.extension import extended
 from graben.cleaning.shaping.rim_lengths import resting, rim_needs
 from graben.errors import GrabenError
-from graben.finding import Finding
+from graben.finding import Finding, Status
 from graben.model import Fault, Model
 from graben.surface import Surface
 from graben.validators.context import Need
@@ -118,8 +118,9 @@ def grown(surface: Surface, chains: Sequence[tuple[IntArray, FloatArray]]) -> tu
 
 
 def _short(finding: Finding, model: Model) -> bool:
-    """Return whether a finding says that a fault is too short."""
-    return any(part.kind == TOO_SHORT for part in finding.parts)
+    """Return whether a finding says that a fault is too short, and fails, or warnings are repaired."""
+    asks = finding.status is Status.FAIL or model.repair.warnings
+    return asks and any(part.kind == TOO_SHORT for part in finding.parts)
 
 
 REPAIR = Repair(

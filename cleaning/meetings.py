@@ -25,6 +25,8 @@ STRAY = 0.1
 _BEYOND = 1.5
 #: Distance over the contact distance within which rims that lie on each other are made one.
 _ON = 2.0
+#: A side that is forced to meet another is looked at as far as so many limits.
+_FORCED = 2.0
 #: Ends of stretches nearer than so many contact distances follow each other.
 _JOINED = 10.0
 #: Share of the median edge within which a rim's vertex lies on a stretch of it.
@@ -73,13 +75,19 @@ class Decision:
 def decided(task: Task) -> tuple[list[Decision], list[Refusal]]:
     """Return what to do at each pair of faults with a finding, and what is left to a person."""
     faults = [f.surface for f in task.model.faults]
-    limits = [task.model.checks.get("near-miss", task.max_extension(s.name)) for s in faults]
+    limits = {s.name: task.model.checks.get("near-miss", task.max_extension(s.name)) for s in faults}
+    forced = {name for c in task.model.contacts if c.rule == "force" for name in c.faults}
     assert task.evidence.complex is not None
-    stretches = rim_stretches(faults, task.evidence.complex, limits, task.contact)
+    # a side that is forced to meet another is looked at as a whole, the part beyond the limit with it
+    looked = [limits[s.name] * (_FORCED if s.name in forced else 1.0) for s in faults]
+    stretches = rim_stretches(faults, task.evidence.complex, looked, task.contact)
     asking = _asking(task)
     by_fault: dict[str, list[Stretch]] = {}
     for stretch in stretches:
-        by_fault.setdefault(stretch.fault, []).append(stretch)
+        far = _off(stretch) > limits[stretch.fault]
+        loose = far and task.rule(stretch.fault, stretch.neighbour) != "force"
+        kept = replace(stretch, label=RimLabel.FREE, neighbour="") if loose else stretch
+        by_fault.setdefault(stretch.fault, []).append(kept)
     decisions: list[Decision] = []
     refusals: list[Refusal] = []
     for name, own in by_fault.items():
@@ -192,8 +200,6 @@ def _unclear(task: Task, stretch: Stretch) -> Refusal:
         "not clear that they are meant to meet.",
         'If they are, say rule = "force" for the two under [[contacts]]; if not, rule = "accept".',
         stretch.place,
-        stretch.greatest,
-        task.unit,
     )
 
 
@@ -207,7 +213,8 @@ def linked(task: Task, decisions: Iterable[Decision]) -> list[list[int]]:
     asked = {k for pair in pairs for k in pair}
     for finding in task.findings:
         members = [names[n] for n in finding.objects if n in names]
-        vetoed = frozenset(task.model.faults[k].name for k in members) in task.vetoed
+        pair = frozenset(task.model.faults[k].name for k in members)
+        vetoed = pair in task.vetoed or (len(pair) == 2 and task.rule(*pair) == "forbid")
         if len(members) == 2 and finding.check == "simplicial-complex" and not vetoed:
             pairs.append((members[0], members[1]))
             asked.update(members)

@@ -299,7 +299,7 @@ def _refused(task: Task, check: str, fault: _Fault, core: BoolArray) -> Refusal:
         why = f"would take {amount(needed, task.unit)} more than max_move = {limit}"
     elif not np.hypot(*fault.directions[core].T).any():
         tilt = _tilt(fault)
-        needed = max(tilt - task.max_move(name), 0.0)
+        needed = tilt - task.max_move(name) if tilt > task.max_move(name) else None
         why = (
             f"would tilt a level fault, which moves its rim by {amount(tilt, task.unit)} at least (max_move "
             f"is {limit}), to a side that its surface does not tell"

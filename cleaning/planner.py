@@ -16,7 +16,7 @@ import numpy as np
 from graben.arrays import FloatArray
 from graben.cleaning.ledger import Left, RepairAction, measured
 from graben.cleaning.registry import REPAIRS
-from graben.cleaning.repairing import Change, Refusal, Repair, Task
+from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
 from graben.cleaning.shaping.limits import ROUNDING, distances, joined
 from graben.finding import CheckResult, Finding, Status
 from graben.model import Fault, Model
@@ -29,9 +29,9 @@ Gate = Callable[[Model, Need], tuple[CheckResult, Evidence]]
 Progress = Callable[[str, str], None]
 
 #: After so many rounds the plan ends; a network needs two or three.
-MOST_ROUNDS = 6
+MOST_ROUNDS = 4
 #: So often a repair is asked again without what did not help.
-MOST_TRIES = 4
+MOST_TRIES = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,20 +94,24 @@ class _Work:
         self._references = {f.name: f.surface for f in model.faults}
         self._gate = gate
         self._seen = (model, Need.ANCHORS, *found)
+        #: by repair: the findings that it has seen and left
+        self._settled: dict[str, set[tuple[str, tuple[str, ...], int, str]]] = {}
         #: by repair and names: the surfaces on which it was tried in vain
         self._vain: dict[tuple[str, frozenset[str]], tuple[Surface, ...]] = {}
 
     def attempt(self, repair: Repair, progress: Progress) -> None:
         """Let one repair do what helps, asking it again without what does not."""
-        vetoed = self._vetoed(repair)
-        for key in [k for k in self.left if k[0] == repair.id]:
-            if not any(names.issubset(key[2]) or names.issuperset(key[2]) for names in vetoed):
-                del self.left[key]
+        result, evidence = self._checked(repair.need)
+        asking = self._asking(repair, result)
+        # what it has left once is not tried again as long as it is found alike
+        findings = tuple(f for f in asking if _key(f) not in self._settled.get(repair.id, ()))
+        if not findings or (repair.need >= Need.COMPLEX and evidence.complex is None):
+            return
+        for key in [
+            k for k in self.left if k[0] == repair.id and k[1:] in {(f.check, f.objects) for f in findings}
+        ]:
+            del self.left[key]
         for _ in range(MOST_TRIES):
-            result, evidence = self._checked(repair.need)
-            findings = self._asking(repair, result)
-            if not findings or (repair.need >= Need.COMPLEX and evidence.complex is None):
-                return
             progress("repair", f"{repair.id}, {len(findings)} findings")
             vetoed = self._vetoed(repair)
             proposed = repair.propose(
@@ -118,10 +122,18 @@ class _Work:
                     self._leave(repair, refusal)
             changes = _disjoint([c for c in proposed if isinstance(c, Change)], vetoed)
             if not changes or not self._judged(repair, changes, result):
-                return
+                break
+            result, evidence = self._checked(repair.need)
+            findings = tuple(
+                f for f in self._asking(repair, result) if _key(f) not in self._settled.get(repair.id, ())
+            )
+            if not findings or (repair.need >= Need.COMPLEX and evidence.complex is None):
+                break
+        result, _ = self._checked(repair.need)
+        self._settled[repair.id] = {_key(f) for f in self._asking(repair, result)}
 
     def _judged(self, repair: Repair, changes: list[Change], before: CheckResult) -> bool:
-        """Keep of some changes those that help; return whether the repair is to be asked again."""
+        """Keep of some changes those that help; return whether one did not, so that to ask again pays."""
         undone = [c for c in changes if self._beyond(repair, c)]
         changes = [c for c in changes if c not in undone]
         while changes:
@@ -135,7 +147,7 @@ class _Work:
             if not bad:
                 self._accept(repair, changes, trial)
                 self._seen = (trial, repair.need, after, evidence)
-                return True
+                break
             undone += bad
             changes = [c for c in changes if c not in bad]
         return bool(undone)
@@ -202,7 +214,12 @@ class _Work:
         ]
         if own[1] >= own[0]:
             return False
-        return "finite" in repair.checks or len(_failing(after, new)) <= len(_failing(before, old))
+        horizons = {h.name for h in self.model.horizons}
+        fails = [
+            sum(1 for f in result.findings if _counts(f, names, horizons))
+            for result, names in ((before, old), (after, new))
+        ]
+        return "finite" in repair.checks or fails[1] <= fails[0]
 
     def _in_vain(self, repair: Repair, change: Change, before: CheckResult, after: CheckResult) -> None:
         """Note what of a change did not help: pairs of faults that are worse now, or else all of it."""
@@ -243,7 +260,7 @@ class _Work:
                     away = distances(surface, [self._fault(name).surface, *added])
                     most = max(most, float(away.max(initial=0.0)))
             before, after = tuple(map(measured, old)), tuple(map(measured, new))
-            for step in change.steps:
+            for step in _all_steps(change):
                 self.actions.append(
                     RepairAction(
                         repair.id,
@@ -297,6 +314,12 @@ def _asks(repair: Repair, finding: Finding, model: Model) -> bool:
     return wanted and bool({f.name for f in model.faults}.intersection(finding.objects))
 
 
+def _key(finding: Finding) -> tuple[str, tuple[str, ...], int, str]:
+    """Return what tells a finding from others: where its count or its size changes it is another."""
+    size = "" if finding.worst is None else f"{finding.worst.value:.3g}"
+    return finding.check, finding.objects, finding.count, size
+
+
 def _trouble(findings: Iterable[Finding]) -> tuple[float, ...]:
     """Return how bad some findings are: how many fail, how many there are, and what they count."""
     own = list(findings)
@@ -307,10 +330,44 @@ def _trouble(findings: Iterable[Finding]) -> tuple[float, ...]:
     )
 
 
+def _counts(finding: Finding, names: Iterable[str], horizons: set[str]) -> bool:
+    """Return whether a finding fails and concerns some faults, or horizons alone: a cycle, a part unheld."""
+    concerned = bool(set(names).intersection(finding.objects)) or set(finding.objects) <= horizons
+    return finding.status is Status.FAIL and concerned
+
+
 def _failing(result: CheckResult, names: Iterable[str]) -> list[Finding]:
     """Return the findings that fail and concern one of some surfaces."""
     some = set(names)
     return [f for f in result.findings if f.status is Status.FAIL and some.intersection(f.objects)]
+
+
+def _all_steps(change: Change) -> tuple[Step, ...]:
+    """Return the steps of a change, which name every surface that it changed.
+
+    Parts of a fault that was split go with it; a fault that only got vertices of a line that another was
+    given has a step of its own.
+    """
+    parts = {old: tuple(s.name for s in made if s.name != old) for old, made in change.surfaces.items()}
+    steps = tuple(
+        replace(
+            step, objects=(*step.objects, *(part for name in step.objects for part in parts.get(name, ())))
+        )
+        for step in change.steps
+    )
+    told = {name for step in steps for name in step.objects}
+    more = [
+        Step(
+            steps[0].check,
+            (name,),
+            sum(len(s.triangles) for s in made),
+            None,
+            f"{name} was divided anew along the lines in which it meets the others.",
+        )
+        for name, made in change.surfaces.items()
+        if name not in told
+    ]
+    return (*steps, *more)
 
 
 def _disjoint(changes: Iterable[Change], vetoed: frozenset[frozenset[str]]) -> list[Change]:

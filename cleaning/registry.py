@@ -51,3 +51,8 @@ REPAIRS: tuple[Repair, ...] = (
 def known_repairs() -> tuple[str, ...]:
     """Return the ids that `skip` in [repair] may name."""
     return tuple(repair.id for repair in REPAIRS)
+
+
+def answered_checks() -> frozenset[str]:
+    """Return the ids of the checks whose findings some repair answers; `cycles` only says what to do."""
+    return frozenset(check for repair in REPAIRS if repair is not cycles.REPAIR for check in repair.checks)

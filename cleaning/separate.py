@@ -33,6 +33,8 @@ from graben.validators.measuring.measures import amount, percent
 
 #: Contacts in which neither fault passes through or ends at the other.
 TOUCHES = (ContactKind.POINT, ContactKind.LINE, ContactKind.VERTEX, ContactKind.AREA)
+#: A crossing shorter than this share of the median edge is a touch: something pokes through by a little.
+_POKE = 0.1
 #: Width, in median edges of the coarser fault, up to which the area in which two faults touch is a tangency:
 #: they part by themselves beyond it.
 _TANGENT = 1.0
@@ -61,7 +63,8 @@ def _pair(task: Task, pair: tuple[str, str], check: str) -> Change | Refusal | N
     contacts = between(task.evidence.contacts, task.index(pair[0]), task.index(pair[1]))
     if rule == "forbid":
         return _apart(task, pair, check, contacts)
-    touching = _touching(contacts)
+    edge = min(task.fault(name).surface.median_edge for name in pair)
+    touching = _touching(contacts, _POKE * edge)
     if not touching:
         return None
     made = None if _is_wide(task, pair, touching) else _moved(task, pair, check, touching)
@@ -79,14 +82,15 @@ def _is_wide(task: Task, pair: tuple[str, str], touching: tuple[Contact, ...]) -
     return False
 
 
-def _touching(contacts: tuple[Contact, ...]) -> tuple[Contact, ...]:
-    """Return the contacts in pieces that are touches and nothing else.
+def _touching(contacts: tuple[Contact, ...], poke: float) -> tuple[Contact, ...]:
+    """Return the contacts in pieces that are touches and nothing else; crossings of up to ``poke`` are.
 
     Empty where the rim of one lies on the other elsewhere: a point then is a place where that rim comes back.
     """
     if any(c.kind is ContactKind.T for c in contacts):
         return ()
-    others = {c.piece for c in contacts if c.kind not in TOUCHES}
+    touches = [c.kind in TOUCHES or (c.kind is ContactKind.CROSSING and c.size <= poke) for c in contacts]
+    others = {c.piece for c, touch in zip(contacts, touches, strict=True) if not touch}
     return tuple(c for c in contacts if c.piece not in others)
 
 
@@ -182,7 +186,8 @@ def _apart(
             made = without(both[0], part.vertices, facing(both[0], part.vertices, contacts), clear)
             if made is not None and not met(made, both[1], task.contact):
                 return cut_away(task, check, own, other, contacts[0].places[0], part.area, part.reach, made)
-    needed = max(0.0, min(depth, reach)) if np.isfinite(min(depth, reach)) else None
+    least = min(depth, reach)
+    needed = float(least) if np.isfinite(least) and least > 0 else None
     return Refusal(
         check,
         pair,
@@ -254,7 +259,7 @@ def _wide(
         f"part at its end (at most {percent(MOST_TRIMMED, 1.0)} of it, within max_extension).",
         "Keep only one of the two there, or draw their common part as one fault.",
         touching[0].places[0],
-        max(needed, 0.0),
+        needed if needed > 0 else None,
         task.unit,
     )
 
@@ -282,7 +287,7 @@ def _refused(
         f"{pair[0]} and {pair[1]} touch, and moving {own} off the other {why}.",
         "Move one of the two by hand so that they cross in a line or stay apart.",
         touching[0].places[0],
-        max(needed, 0.0),
+        needed if needed > 0 else None,
         task.unit,
     )
 

@@ -24,6 +24,8 @@ from graben.validators.measuring.measures import ANGLE_ROUNDING, amount, plural,
 MOST_TURN = 25.0
 #: Distance from the surface over the longest side of the sliver that an edit may make: as flat as a sliver.
 _MOST_AWAY = 1e-2
+#: The same two where nothing else takes a sliver away: at a line that other faults share there are few edits.
+_LAST_TURN, _LAST_AWAY = 45.0, 4e-2
 #: Distance over that side up to which edits count as equally near; the better angles decide among them.
 _AS_NEAR = 1e-4
 #: Distance of a vertex of the rim from the line between its neighbours, over the longest side of the sliver,
@@ -37,11 +39,18 @@ _MOST_PASSES = 6
 
 @dataclass(frozen=True, eq=False)
 class _Rules:
-    """What edits must keep: the least angle, degrees, the vertices held, and the largest distance."""
+    """What edits must keep: the least angle, degrees, the vertices held, and the largest distance.
+
+    ``turn``: of a normal, degrees. ``share``: of the distance over the longest side. ``last``: whether these
+    are the last that are tried, so that the rim may give way by the height of a sliver.
+    """
 
     limit: float
     held: BoolArray
     away: float
+    turn: float = MOST_TURN
+    share: float = _MOST_AWAY
+    last: bool = False
 
 
 def without_slivers(
@@ -68,10 +77,17 @@ def without_slivers(
     [[1, 2, 0]]
     """
     held = bools(np.zeros(len(surface.vertices))) if held is None else held
-    rules, work = _Rules(limit, held, away), Patchwork(surface)
-    todo = bad_triangles(surface, limit).tolist()
+    work = Patchwork(surface)
     if not smallest_angles(surface.vertices, surface.triangles).any():
         return surface
+    todo = _edited(work, bad_triangles(surface, limit).tolist(), _Rules(limit, held, away))
+    if todo:
+        _edited(work, todo, _Rules(limit, held, away, _LAST_TURN, _LAST_AWAY, True))
+    return work.result()
+
+
+def _edited(work: Patchwork, todo: list[int], rules: _Rules) -> list[int]:
+    """Take slivers away as far as the rules allow; return those that stay."""
     for _ in range(_MOST_PASSES):
         left: list[int] = []
         changed = False
@@ -85,12 +101,12 @@ def without_slivers(
                 continue
             new = ints(work.apply(edit))
             corners = ints([work.corners(k) for k in new.tolist()], -1, 3)
-            todo += new[_bad(work.points, corners, limit)].tolist()
+            todo += new[_bad(work.points, corners, rules.limit)].tolist()
             changed = True
         todo = [t for t in left if work.alive(t)]
         if not (changed and todo):
             break
-    return work.result()
+    return todo
 
 
 def bad_triangles(surface: Surface, limit: float) -> IntArray:
@@ -117,7 +133,26 @@ def _best(work: Patchwork, t: int, rules: _Rules) -> Edit | None:
     if ranked:
         return min(ranked, key=lambda r: r[:4])[-1]
     flat = smallest_angles(work.points, ints(work.corners(t), 1, 3))[0] == 0.0
-    return work.without_spike(t) if flat else None
+    if flat and (edit := work.without_spike(t)) is not None:
+        return edit
+    return _off_rim(work, t, rules) if rules.last else None
+
+
+def _off_rim(work: Patchwork, t: int, rules: _Rules) -> Edit | None:
+    """Return the edit that leaves out a sliver along the rim: that then goes through its third corner.
+
+    So where a line that other faults share ends a hair below the rim.
+    """
+    found = work.without_rim(t)
+    if found is None:
+        return None
+    (a, b, c), edit = found
+    far = float(nearest(work.points[[c]], work.points, ints([[a, b]])).distance[0])
+    return (
+        edit
+        if far <= min(rules.away, _MOST_AWAY * _longest(work, t)) and not rules.held[[a, b]].all()
+        else None
+    )
 
 
 def _allowed(work: Patchwork, t: int, rules: _Rules) -> list[Edit]:
@@ -157,11 +192,11 @@ def _rank(work: Patchwork, edit: Edit, t: int, rules: _Rules) -> tuple[int, floa
     was = int((before < rules.limit - ANGLE_ROUNDING).sum() + (before == 0.0).sum())
     if bad >= was:
         return None
-    if _turn(work, edit, old, new, before > rules.limit, angles > rules.limit) > MOST_TURN:
+    if _turn(work, edit, old, new, before > rules.limit, angles > rules.limit) > rules.turn:
         return None
     size = _longest(work, t)
     away = _departure(points, old[before > 0.0], new)
-    if away > min(rules.away, _MOST_AWAY * size):
+    if away > min(rules.away, rules.share * size):
         return None
     worst = min(float(angles.min()), _GOOD)
     return bad, round(max(away / size - _AS_NEAR, 0.0), 6), -round(worst, 4)
@@ -246,8 +281,8 @@ def _left(task: Task, name: str, surface: Surface, left: IntArray, limit: float)
         reason = (
             f"{plural(len(left), 'triangle')} of {name} with angles from {angles.min():.2g} degrees stay: "
             "any flip or collapse would move the rim or a line shared with another fault, turn a normal by "
-            f"more than {MOST_TURN:g} degrees, or leave the surface by more than "
-            f"{amount(_MOST_AWAY * size, task.unit)}."
+            f"more than {_LAST_TURN:g} degrees, or leave the surface by more than "
+            f"{amount(_LAST_AWAY * size, task.unit)}."
         )
         advice = "Remesh the fault there."
     return Refusal("degenerate", (name,), reason, advice, place, float(limit - angles.min()), "degrees")

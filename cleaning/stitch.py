@@ -1,4 +1,4 @@
-"""stitch: rims apart by rounding become one (answers `strongly-connected`, and cracks that are holes)."""
+"""stitch: rims apart by rounding or a cut become one (answers `strongly-connected`, and crack-like holes)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, IntArray, bools, ints
 from graben.cleaning.repairing import Change, Repair, Step, Task, fails
+from graben.cleaning.seams import CHECK, sewn_together
 from graben.cleaning.shaping.fans import crowded_edges, shortest_rim
 from graben.cleaning.shaping.shared import shared_vertices
 from graben.finding import Finding
@@ -105,7 +106,7 @@ def cracks(finding: Finding, model: Model) -> bool:
 
 
 def propose(task: Task) -> list[Change]:
-    """Return for each fault with a gap of rounding between its rims the fault with the gap closed."""
+    """Return for each fault with a gap of rounding, or a cut, between its rims the fault with that closed."""
     faults = {f.name: f.surface for f in task.model.faults}
     changes = []
     named = {n: f for f in reversed(task.findings) for n in f.objects if n in faults}
@@ -120,13 +121,18 @@ def propose(task: Task) -> list[Change]:
             )
             place = finding.places[0] if len(finding.places) else None
             changes.append(Change({name: (made,)}, (Step(finding.check, (name,), count, place, reason),)))
+        elif finding.check == CHECK:
+            # before cracks are closed edge by edge: these then hold the two sides of a cut at odd places
+            made, seams = sewn_together(task, faults[name])
+            if seams:
+                changes.append(Change({name: (made,)}, tuple(seams)))
     return changes
 
 
 REPAIR = Repair(
     "stitch",
     ("strongly-connected", "manifold"),
-    "Merges vertices of rims that face each other across a gap of rounding.",
+    "Merges vertices of rims that face each other across a gap of rounding, or one by one along a cut.",
     propose,
     answers=cracks,
 )

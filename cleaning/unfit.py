@@ -10,12 +10,13 @@ from scipy.sparse.linalg import spsolve
 
 from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats, ints
 from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
+from graben.cleaning.shaping.regular import regular_places
 from graben.surface import Surface
 from graben.validators.finite import usable
 from graben.validators.measuring.measures import components, plural
 
-#: Most vertices without a place that are restored where they are neighbours: beyond, the mean of what is
-#: around says little of what was lost.
+#: Most vertices without a place that are put in the mean where they are neighbours: more of them the mean of
+#: what is around would draw together.
 MOST_TOGETHER = 3
 
 
@@ -46,7 +47,8 @@ def made_fit(surface: Surface) -> Fit:
 
     A vertex without a place that sound triangles surround gets the mean of its neighbours, so that the
     surface stays closed there. Up to ``MOST_TOGETHER`` of them next to each other get places each of which is
-    the mean of its neighbours. All others go with their triangles.
+    the mean of its neighbours. More of them, and those on a rim, are put where a regular mesh would have
+    them, see :func:`regular_places`. All others go with their triangles.
 
     >>> x = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [float("nan")] * 3]
     >>> fit = made_fit(Surface("F", x, [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]))
@@ -63,6 +65,9 @@ def made_fit(surface: Surface) -> Fit:
     vertices = np.array(surface.vertices)
     vertices[back] = _means(vertices, triangles, sound, back)
     fit = bools(sound | np.isin(np.arange(n), back))
+    vertices = regular_places(replace(surface, vertices=vertices, triangles=triangles, lines=ints([])), ~fit)
+    fit = bools(usable(vertices).all(axis=1))
+    back = ints(np.flatnonzero(fit & ~sound))
     kept = np.array(there)
     kept[there] = fit[triangles].all(axis=1)
     index = np.cumsum(fit) - 1
@@ -159,7 +164,7 @@ def _reason(name: str, fit: Fit) -> str:
     if len(fit.restored):
         verb = "was" if len(fit.restored) == 1 else "were"
         count = plural(len(fit.restored), "vertex", "vertices")
-        said.append(f"{count} without a place {verb} put in the mean of the neighbours")
+        said.append(f"{count} without a place {verb} put where the triangles around want them")
     if fit.lost or fit.dropped:
         vertices = f"{plural(fit.lost, 'vertex', 'vertices')} without a place" if fit.lost else ""
         triangles = plural(fit.dropped, "triangle") if fit.dropped else ""
@@ -171,6 +176,6 @@ def _reason(name: str, fit: Fit) -> str:
 REPAIR = Repair(
     "unfit",
     ("finite",),
-    "Puts vertices without a place in the mean of their neighbours, or leaves them out with their triangles.",
+    "Puts vertices without a place where the mesh around wants them, or leaves them out.",
     propose,
 )

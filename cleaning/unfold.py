@@ -283,7 +283,7 @@ def _vertical(task: Task, check: str, fault: _Fault, part: int) -> Refusal:
         f"{name} stands upright as a whole (mean dip {_dip(mean):.2f} degrees): {lean}.",
         "Use profile extended, under which vertical faults are taken as they are, or give it a dip.",
         _middle(surface.vertices[turned.triangles[mine]].reshape(-1, 3)),
-        None if needed is None else max(needed - task.max_move(name), 0.0),
+        None if needed is None or needed <= task.max_move(name) else needed - task.max_move(name),
         task.unit,
     )
 

@@ -7,11 +7,10 @@ import signal
 import sys
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, TextIO
 
 # The same input gives the same bytes only with one thread; to be said before numpy is loaded.
 for _library in ("OMP", "OPENBLAS", "MKL"):
@@ -20,11 +19,7 @@ for _library in ("OMP", "OPENBLAS", "MKL"):
 import click  # noqa: E402
 
 from graben.errors import GrabenError, InputError, OutputError  # noqa: E402
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from graben.stages import Progress
+from graben.terminal import console, encoded, progress, put  # noqa: E402
 
 _INTERRUPTED = 130
 _STDERR = 2
@@ -85,7 +80,7 @@ def check(model: Path, profile: str, verbose: bool, quiet: bool, debug: bool, **
 
     targets = {kind: target for kind, target in reports.items() if target is not None}
     require_targets(targets, model)
-    with _progress(quiet) as say:
+    with progress(quiet) as say:
         say("read", str(model))
         read = read_model(model)
         say("check", read.name)
@@ -94,13 +89,13 @@ def check(model: Path, profile: str, verbose: bool, quiet: bool, debug: bool, **
             say("write", ", ".join(targets))
         piped = write_reports(examination, targets)
     if piped:
-        _print(piped, sys.stdout)
+        put(piped, sys.stdout)
     if not quiet and (verbose or not piped):
         stream = sys.stderr if piped else sys.stdout
-        table = check_table(examination, verbose=verbose, console=_console(stream))
+        table = check_table(examination, verbose=verbose, console=console(stream))
         files = [str(target) for target in targets.values() if target != STDOUT]
         told = f"{table}\nWritten: {', '.join(files)}\n" if files else f"{table}\n"
-        _print(told.encode(stream.encoding or "utf-8", "backslashreplace"), stream)
+        put(encoded(told, stream), stream)
     sys.exit(0 if examination.result.passed else 1)
 
 
@@ -125,7 +120,7 @@ def run(
     from graben.reading import read_model
 
     require_free(output)
-    with _progress(quiet) as say:
+    with progress(quiet) as say:
         say("read", str(model))
         read = read_model(model)
         result = build(read, profile, mend=not no_repair, progress=say)
@@ -145,15 +140,23 @@ def run(
 @click.argument("model", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder to make: absent or empty.")
 @click.option("--dry-run", is_flag=True, help="Print the plan and write nothing.")
+@click.option("--blocks", is_flag=True, help="Add the closed fault blocks of the repaired model.")
 @click.option("--profile", type=click.Choice(["paper", "extended"]), default="extended", show_default=True)
 @_common
 def repair(
-    model: Path, output: Path | None, dry_run: bool, profile: str, verbose: bool, quiet: bool, debug: bool
+    model: Path,
+    output: Path | None,
+    dry_run: bool,
+    blocks: bool,
+    profile: str,
+    verbose: bool,
+    quiet: bool,
+    debug: bool,
 ) -> None:
     """Repair what fails in MODEL, a model.toml: write the repaired model and a report; the input stays.
 
     Exit code 0: the repaired model passes; 1: something is left, and the report says what, where and what to
-    do; 2: the input cannot be read or the command is wrong.
+    do; 2: the input cannot be read or the command is wrong. Blocks that cannot be made change no exit code.
     """
     from graben.output import require_free, whole_folder
     from graben.reading import read_model
@@ -164,19 +167,26 @@ def repair(
         raise InputError("Say where to: graben repair MODEL -o DIR; --dry-run writes nothing.")
     if output is not None:
         require_free(output)
-    with _progress(quiet) as say:
+    with progress(quiet) as say:
         say("read", str(model))
         result = repaired(read_model(model), profile, say)
+        made, said = None, ""
+        if blocks:
+            from graben.reports.repair_blocks import blocks_of, blocks_words
+
+            say("blocks", result.model.name)
+            made = blocks_of(result.model)
+            said = blocks_words(made, result.model)
         if output is not None and not dry_run:
             from graben.reports.repair_files import write_repair
 
             with whole_folder(output) as folder:
                 say("write", str(output))
-                write_repair(result, folder)
+                write_repair(result, folder, made)
     if not quiet:
-        told = repair_summary(result, verbose=verbose, plan=dry_run)
+        told = repair_summary(result, verbose=verbose, plan=dry_run, blocks=said)
         told += "" if output is None or dry_run else f"\nreport: {output / 'report.html'}"
-        _print(f"{told}\n".encode(sys.stdout.encoding or "utf-8", "backslashreplace"), sys.stdout)
+        put(encoded(f"{told}\n", sys.stdout), sys.stdout)
     sys.exit(0 if result.passed else 1)
 
 
@@ -235,36 +245,6 @@ def schema(verbose: bool, quiet: bool, debug: bool) -> None:
     from graben.schema import schemas
 
     click.echo(json.dumps(schemas(), indent=2))
-
-
-def _console(stream: TextIO) -> Console | None:
-    """Return a console with the width and colours of the terminal that a stream is, None for any other."""
-    from rich.console import Console
-
-    return Console(file=stream) if stream.isatty() else None
-
-
-def _print(content: bytes, stream: TextIO) -> None:
-    """Write to a stream; a reader that has seen enough, such as `head`, may close it."""
-    try:
-        stream.buffer.write(content)
-        stream.flush()
-    except BrokenPipeError:
-        # What is still in the buffer must go somewhere when the program ends.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-@contextmanager
-def _progress(quiet: bool) -> Iterator[Progress]:
-    """Give a callable that shows the stage on a terminal, and does nothing when piped."""
-    if quiet or sys.stderr is None or not sys.stderr.isatty():
-        yield lambda stage, what: None
-        return
-    from rich.console import Console
-    from rich.markup import escape
-
-    with Console(stderr=True).status("") as status:
-        yield lambda stage, what: status.update(f"{stage:<12} {escape(what)}")
 
 
 def main(arguments: list[str] | None = None) -> None:

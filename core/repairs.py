@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from graben.arrays import FloatArray
 from graben.cleaning.ledger import Left, RepairAction, left_over
 from graben.cleaning.planner import repaired
+from graben.cleaning.registry import answered_checks
 from graben.cleaning.restoring import restored
 from graben.finding import CheckResult, Profile
 from graben.model import Model
@@ -149,7 +150,7 @@ def mended(model: Model, profile: Profile, progress: Progress) -> tuple[RepairRe
         model,
         whole,
         tuple(action.moved(origin) for action in done.actions),
-        tuple(note.moved(origin) for note in left_over(after, done.left)),
+        tuple(note.moved(origin) for note in left_over(after, done.left, answered_checks())),
         shifted(before, origin),
         shifted(after, origin),
         done.lineage,

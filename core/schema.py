@@ -88,6 +88,7 @@ def _report() -> dict[str, Any]:
         {
             "left": _list(_left()),
             "faults": _list(_fault()),
+            "blocks": _blocks(),
             "horizons": _list(_horizon()),
             "timings": _object({"total": _NUMBER}, dict.fromkeys(stages, _NUMBER)),
             "peak_memory_mb": _NUMBER,
@@ -152,6 +153,16 @@ def _fault() -> dict[str, Any]:
             **dict.fromkeys(lengths, _NUMBER),
         }
     )
+
+
+def _blocks() -> dict[str, Any]:
+    """Return the schema of fault blocks: what was made, or the reason why nothing was."""
+    names = dict.fromkeys(("faults", "neighbours"), _list(_TEXT))
+    block = _object({"block": _TEXT, "file": _TEXT, "volume": _NUMBER, "share": _NUMBER, **names})
+    numbers = dict.fromkeys(("top", "bottom", "prism_volume", "sum_error"), _NUMBER)
+    made = _object({**numbers, "depths": {"enum": ["shared", "full"]}, "files": _list(block)})
+    none = _object({"reason": _TEXT, "files": {"type": "array", "maxItems": 0}})
+    return {"anyOf": [made, none]}
 
 
 def _horizon() -> dict[str, Any]:

@@ -2,25 +2,34 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
 import numpy as np
+import pandas as pd
 import pytest
 
+from graben.formats.tsurf import read_tsurf
 from graben.formats.writing import write_model
 from graben.model import Fault, Model
 from graben.pipeline import check
+from graben.prism import volume
 from graben.reading import read_model
+from graben.reports.repair_blocks import blocks_of, blocks_words
 from graben.schema import schemas
 from graben.settings import RepairSettings
 from graben.surface import Surface
 from tests.reports.check_models import EVIL
 from tests.test_cli import graben
+from tests.zoo.cases import Case
+from tests.zoo.finite import FAILING as UNFIT
 from tests.zoo.oriented import FAILING as TURNED
+from tests.zoo.self_intersection import FAILING as CROSSED
 from tests.zoo.shapes import F60
 
 
@@ -167,6 +176,111 @@ def test_names_made_to_break_a_terminal_or_a_path(tmp_path: Path) -> None:
     assert {p.name for p in tmp_path.iterdir()} == {"in", "out"}
     again = read_model(tmp_path / "out" / "model.toml")
     assert [f.name for f in again.faults] == names
+
+
+@pytest.fixture(scope="module")
+def parted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A demo whose fault parts it from side to side, z counted as depth."""
+    folder = tmp_path_factory.mktemp("parted")
+    assert graben("demo", "exit-both", "--step", "200", "-o", folder / "up").returncode == 0
+    up = read_model(folder / "up" / "model.toml")
+    return write_model(replace(up, z="depth", truth=None), folder / "down")
+
+
+def test_blocks_add_up_and_are_told(parted: Path, tmp_path: Path) -> None:
+    done = graben("repair", parted, "--blocks", "-o", tmp_path / "out")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "2 fault blocks between depth 734 and 2277 m (which every fault reaches)" in done.stdout
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    jsonschema.validate(report, schemas()["report.json"])
+    told = report["blocks"]
+    assert told["depths"] == "shared"
+    assert (round(told["top"]), round(told["bottom"])) == (734, 2277)
+    table = pd.read_csv(tmp_path / "out" / "blocks" / "blocks.csv")
+    assert [b["volume"] for b in told["files"]] == table["volume"].tolist()
+    assert sum(table["volume"]) == pytest.approx(told["prism_volume"], rel=1e-9)
+    assert told["sum_error"] <= 1e-9
+    fault = read_model(parted).faults[0].surface.vertices
+    grid = read_model(parted).horizons[0].surface.vertices
+    plan = np.prod(np.ptp(grid[:, :2], axis=0))
+    assert told["prism_volume"] == pytest.approx(plan * np.ptp(fault[:, 2]))
+    for block in told["files"]:
+        (read,) = read_tsurf(tmp_path / "out" / block["file"])
+        assert read.z == "depth"
+        assert volume(read.surface) == pytest.approx(block["volume"])
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert all(f'href="{b["file"]}">{b["block"]}</a>' in page for b in told["files"])
+    assert 'href="blocks/blocks.csv"' in page
+
+
+def test_no_blocks_where_none_are_asked_for(parted: Path, tmp_path: Path) -> None:
+    assert graben("repair", parted, "-q", "-o", tmp_path / "out").returncode == 0
+    written = contents(tmp_path / "out")
+    assert "blocks" not in json.loads(written["report.json"])
+    assert b'id="blocks"' not in written["report.html"]
+    assert not (tmp_path / "out" / "blocks").exists()
+
+
+def test_a_plan_says_what_blocks_there_would_be(parted: Path, tmp_path: Path) -> None:
+    done = graben("repair", parted, "--blocks", "--dry-run", "-o", tmp_path / "out")
+    assert "2 fault blocks between" in done.stdout
+    assert not (tmp_path / "out").exists()
+
+
+def test_faults_that_share_no_depth_are_cut_over_the_full_range(tmp_path: Path) -> None:
+    faults = (sound("F1", 0.0), sound("F2", 9000.0).moved(np.array([0.0, 0.0, -9000.0])))
+    path = write_model(Model("apart", (), tuple(map(Fault, faults))), tmp_path / "in")
+    done = graben("repair", path, "--blocks", "-o", tmp_path / "out")
+    assert done.returncode == 0
+    assert "the full range of the model, whose faults share no depths" in done.stdout
+    told = json.loads((tmp_path / "out" / "report.json").read_text())["blocks"]
+    levels = np.concatenate([f.vertices[:, 2] for f in faults])
+    assert (told["depths"], told["top"], told["bottom"]) == ("full", levels.max(), levels.min())
+
+
+def test_blocks_that_cannot_be_made_are_told_and_change_no_exit_code(tmp_path: Path) -> None:
+    model = replace(CROSSED[0].model, horizons=(), repair=RepairSettings(skip=("uncross",)))
+    path = write_model(model, tmp_path / "in")
+    plain = graben("repair", path, "-o", tmp_path / "plain")
+    done = graben("repair", path, "--blocks", "-o", tmp_path / "out")
+    assert (done.returncode, done.stderr) == (plain.returncode, "")
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    jsonschema.validate(report, schemas()["report.json"])
+    reason = report["blocks"]["reason"]
+    assert "crosses itself" in reason
+    assert f"No fault blocks: {reason}" in done.stdout
+    assert reason in html.unescape((tmp_path / "out" / "report.html").read_text())
+    assert not (tmp_path / "out" / "blocks").exists()
+
+
+@pytest.mark.parametrize("case", [c for c in UNFIT if c.model.faults], ids=lambda case: case.name)
+def test_blocks_of_unfit_faults_are_refused_with_the_name(case: Case) -> None:
+    made = blocks_of(case.model)
+    assert made.blocks == ()
+    assert any(s.name in made.reason for s in case.model.surfaces)
+    assert blocks_words(made, case.model) == f"No fault blocks: {made.reason}"
+
+
+def test_a_model_without_faults_is_one_block_or_says_why_not(good: Path, tmp_path: Path) -> None:
+    model = replace(read_model(good), faults=(), truth=None)
+    path = write_model(model, tmp_path / "in")
+    done = graben("repair", path, "--blocks", "-o", tmp_path / "out")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "1 fault block between" in done.stdout
+    assert "(the full range of the model)" in done.stdout
+
+
+def test_a_file_called_blocks_stays(parted: Path, tmp_path: Path) -> None:
+    shutil.copytree(parted.parent, tmp_path / "in")
+    text = (tmp_path / "in" / "model.toml").read_text()
+    (name,) = re.findall(r'file = "(.*irap.*)"', text)
+    (tmp_path / "in" / name).rename(tmp_path / "in" / "blocks")
+    (tmp_path / "in" / "model.toml").write_text(text.replace(name, "blocks"))
+    done = graben("repair", tmp_path / "in" / "model.toml", "--blocks", "-q", "-o", tmp_path / "out")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "out" / "blocks").is_file()
+    told = json.loads((tmp_path / "out" / "report.json").read_text())["blocks"]
+    assert all((tmp_path / "out" / b["file"]).is_file() for b in told["files"])
 
 
 @pytest.mark.parametrize(

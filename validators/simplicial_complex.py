@@ -64,6 +64,10 @@ def _pair(context: CheckContext, contacts: Sequence[Contact]) -> Defect | None:
         for kind, same in groupby(contacts, key=lambda c: c.kind)
     ]
     milder = all(c.kind is ContactKind.CROSSING for c in contacts)
+    forbidden = any(
+        set(rule.faults) == set(names) and rule.rule == "forbid" for rule in context.model.contacts
+    )
+    said += ["[[contacts]] forbids the two to meet."] if forbidden else []
     return Defect(
         names,
         " ".join(said),
@@ -77,7 +81,7 @@ def _pair(context: CheckContext, contacts: Sequence[Contact]) -> Defect | None:
         places=floats(np.concatenate([c.places for c in contacts])),
         paths=tuple(path for c in contacts for path in c.paths),
         parts=_parts(contacts, context.unit),
-        severity=Severity.RELAXED if milder else None,
+        severity=Severity.RELAXED if milder and not forbidden else None,
     )
 
 
@@ -161,8 +165,8 @@ CHECK = Check(
     _run,
     need=Need.COMPLEX,
     severity=Severity.FAIL,
-    leniency="a pair that crosses properly and meets in no other way, and a hole over a horizon's boundary, "
-    "only warn under extended",
+    leniency="a pair that crosses properly, meets in no other way and is not forbidden to, and a hole over a "
+    "horizon's boundary, only warn under extended",
     scope=Scope.MODEL,
     blocks_when="faults that cannot be refined to one complex",
     tolerance=Tolerance(

@@ -33,7 +33,7 @@ _TOUCHING = 1e-6
 #: Rims that face each other with breaks shorter than so many edges are one stretch.
 _BREAK = 6.0
 #: Smallest angle of a strip, degrees: twice what `degenerate` asks for.
-_LEAST_ANGLE = 1.0
+LEAST_ANGLE = 1.0
 #: What is said of rims that pass each other.
 _ASIDE = "the rims, {} apart, do not face each other along a line"
 
@@ -167,7 +167,7 @@ def _facing(vertices: FloatArray, own: _Rim, other: _Rim, limit: float) -> tuple
     faces = (np.minimum(ahead, np.maximum(*back)) >= _FACING * near.distance) | touches
     faces &= near.distance <= limit
     leans = (raw >= _LEANING * near.distance) & (near.distance <= limit)
-    order = _in_turn(own.edges)
+    order = in_turn(own.edges)
     best, best_size, best_gap = ints([]), 0.0, 0.0
     for chain in order:
         for run in _runs(faces[chain], size[chain], _BREAK * typical, _closed(own.edges, chain)):
@@ -197,7 +197,7 @@ def _closed(edges: IntArray, chain: IntArray) -> bool:
     return bool(edges[chain[0], 0] == edges[chain[-1], 1])
 
 
-def _in_turn(edges: IntArray) -> list[IntArray]:
+def in_turn(edges: IntArray) -> list[IntArray]:
     """Return directed edges (by index) in chains, one after the other; where they branch they end."""
     leaving = np.bincount(edges[:, 0], minlength=int(edges.max()) + 1)
     coming = np.bincount(edges[:, 1], minlength=int(edges.max()) + 1)
@@ -304,7 +304,7 @@ def _strip(surface: Surface, pairs: list[tuple[IntArray, IntArray]], touch: floa
             return Bridge(surface, None, 0.0, problem="the gap cannot be laid flat")
         whole, strip = with_patch(whole, patch)
         problem = folds(whole, len(patch.triangles), frame, touch)
-        if not problem and patch.angle < _LEAST_ANGLE:
+        if not problem and patch.angle < LEAST_ANGLE:
             problem = f"its triangles would have angles of {patch.angle:.2g} degrees"
         if problem:
             return Bridge(surface, None, 0.0, problem=f"a strip was tried and given up, since {problem}")

@@ -111,6 +111,17 @@ class Patchwork:
         rim = sum(len(self.at_edge(u, v)) == 1 for u, v in ((a, b), (b, c), (c, a)))
         return Edit((t,), (), ()) if rim > 1 else None
 
+    def without_rim(self, t: int) -> tuple[Corners, Edit] | None:
+        """Return the edit that leaves out a triangle with one side on the rim and its third corner inside.
+
+        With the corners in turn, those of that side first.
+        """
+        for k in range(3):
+            a, b, c = (self.corners(t)[(k + j) % 3] for j in range(3))
+            if len(self.at_edge(a, b)) == 1 and not self.rim_neighbours(c):
+                return (a, b, c), Edit((t,), (), ())
+        return None
+
     def flips(self, t: int) -> Iterator[Edit]:
         """Yield the edits that flip a side of a triangle that one other shares, facing the same way."""
         corners = self.corners(t)

@@ -63,7 +63,12 @@ class Extension:
 
 
 def extended(
-    surface: Surface, rim: IntArray, length: FloatArray | float, edge: float | None = None
+    surface: Surface,
+    rim: IntArray,
+    length: FloatArray | float,
+    edge: float | None = None,
+    *,
+    straight: bool = False,
 ) -> Extension:
     """Return a fault extended beyond a stretch of its rim.
 
@@ -80,6 +85,8 @@ def extended(
         How far to go from each, model units; where it is 0 the rim stays.
     edge : float, optional
         Length of the new edges, model units; the median along the stretch where not given.
+    straight : bool
+        Whether to go on square to the chord of the stretch, whatever notches it has.
 
     Returns
     -------
@@ -106,7 +113,7 @@ def extended(
         return Extension(surface, nothing, ints([]), ints([]), 0.0)
     best: Extension | None = None
     for smooth, bend in _TRIES:
-        made = _grown(surface, chain, floats(far), h, smooth, bend)
+        made = _grown(surface, chain, floats(far), h, smooth, bend, straight)
         if best is None or made.folded < best.folded:
             best = made
         if made.folded == 0:
@@ -123,11 +130,17 @@ def _weighted_median(sizes: FloatArray) -> float:
 
 
 def _grown(
-    surface: Surface, chain: IntArray, far: FloatArray, h: float, smooth: float, bend: float
+    surface: Surface,
+    chain: IntArray,
+    far: FloatArray,
+    h: float,
+    smooth: float,
+    bend: float,
+    straight: bool,
 ) -> Extension:
     """Return the extension with one choice of smoothing and bending."""
     reach = max(h, surface.median_edge)
-    ways = ways_on(surface, chain, far, smooth * 2.0 * reach)
+    ways = ways_on(surface, chain, far, smooth * 2.0 * reach, straight)
     curves = trend(surface, chain, ways, floats(np.maximum(_WINDOW * reach, far)), _WINDOW * reach, bend)
     points = surface.vertices[chain]
     s = floats(np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]))

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray
-from graben.cleaning.shaping.complex_mesh import FREE, Net, Tables, expanded
+from graben.cleaning.shaping.complex_mesh import FREE, Net, Tables, expanded, put_together, taken
 from graben.cleaning.shaping.shared import among
 from graben.cleaning.shaping.subdivision import Inserts, subdivided
 from graben.proximity import box_pairs, nearest
@@ -84,6 +84,31 @@ def imprinted(
     places : (k, 3) array, optional
         Where given, only vertices at these places, equal to the bit, are moved.
     """
+    near = _near(net, own, other, reach)
+    part = _imprinted(taken(net, near), own, other, reach, contact, places)
+    rest = taken(net, ~near)
+    # new vertices come after the old ones, some of which the part has moved or merged: all others stay
+    return put_together(replace(rest, vertices=part.vertices), part)
+
+
+def _near(net: Net, own: int, other: int, reach: float) -> BoolArray:
+    """Return which triangles lie where the boxes of two surfaces meet, or nearly do, shape (m,)."""
+    corners = net.vertices[net.triangles]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    mine, others = net.owner == own, net.owner == other
+    if not mine.any() or not others.any():
+        return np.asarray(mine & others, dtype=np.bool_)
+    least = np.maximum(low[mine].min(axis=0), low[others].min(axis=0))
+    most = np.minimum(high[mine].max(axis=0), high[others].max(axis=0))
+    edge = float(np.linalg.norm(high - low, axis=1).max())
+    wide = reach + edge
+    return np.asarray(((high >= least - wide) & (low <= most + wide)).all(axis=1), dtype=np.bool_)
+
+
+def _imprinted(
+    net: Net, own: int, other: int, reach: float, contact: float, places: FloatArray | None
+) -> Net:
+    """Return a part of a net, with all that lies near to where the two meet, as :func:`imprinted` does."""
     tables = Tables(net, contact)
     rim = _rim(tables, own)
     mine = np.flatnonzero(net.owner == other)

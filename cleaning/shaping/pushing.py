@@ -189,6 +189,8 @@ def _lacking(
     lack = np.zeros(len(own.vertices))
     edges = edge_table(own.triangles)[0]
     edges = edges[asked[edges].any(axis=1)]
+    if not len(edges):
+        return floats(lack)
     points = _sampled(own.vertices, edges)
     height, _, over = _heights(points, other)
     short = np.where(over | (np.abs(height) < clear), clear - side * height, 0.0).reshape(len(edges), -1)

@@ -175,7 +175,9 @@ def directed_chain(surface: Surface, chain: IntArray) -> tuple[IntArray, bool]:
     raise GrabenError(f"{surface.name}: the chain of vertices is no stretch of the rim turned one way.")
 
 
-def ways_on(surface: Surface, chain: IntArray, length: FloatArray, window: float) -> Ways:
+def ways_on(
+    surface: Surface, chain: IntArray, length: FloatArray, window: float, straight: bool = False
+) -> Ways:
     """Return the ways on beyond a chain.
 
     Square to the rim in the fault's tangent plane, both smoothed over the window but not around a corner. At
@@ -192,17 +194,20 @@ def ways_on(surface: Surface, chain: IntArray, length: FloatArray, window: float
         How far it is to go on: an end where that is 0 has no lean.
     window : float
         Model units.
+    straight : bool
+        Whether all ways are square to the chord of the chain, whatever notches and corners it has.
     """
     points = surface.vertices[chain]
     closed = bool(chain[0] == chain[-1])
     s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     normal = _normals(surface, chain, window)
-    corner = corners(points, s, window, closed)
+    corner = np.zeros(len(chain), dtype=np.bool_) if straight else corners(points, s, window, closed)
     stops = sorted({0, len(chain) - 1, *np.flatnonzero(corner).tolist()})
     ways = np.zeros_like(points)
     spans = list(itertools.pairwise(stops))
     ring = closed and not corner.any()
-    sides = [_side(points, s, normal, a, b, window, ring) for a, b in spans]
+    around = np.inf if straight else window
+    sides = [_side(points, s, normal, a, b, around, ring) for a, b in spans]
     miters = {}
     for left, right, at in zip([sides[-1], *sides], [*sides, sides[0]], stops, strict=True):
         if corner[at]:

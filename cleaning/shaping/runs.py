@@ -14,9 +14,11 @@ from graben.validators.measuring.rims import Stretch
 
 #: Stretches of one side of a fault: their chords differ by less than this, degrees.
 _ONE_SIDE = 60.0
+#: What lies free between stretches of one run is no longer than so many times these.
+_FREE = 2.0
 #: A run is a side of its fault, and not a corner of it, where its stretches at other faults are this share of
 #: the fault's extent along the run.
-_SIDE = 0.5
+_SIDE = 0.4
 #: A gap is no wider than this share of the run along it: wider, the fault just ends somewhere.
 _NARROW = 0.75
 
@@ -127,7 +129,7 @@ def _belong(current: Sequence[Stretch], between: Sequence[Stretch], following: S
     facing = [s for s in current if s.label is not RimLabel.FREE]
     last = facing[-1] if facing else current[-1]
     cosine = float(_chord(last.path) @ _chord(following.path))
-    near = free <= sum(s.length for s in current) + following.length
+    near = free <= _FREE * (sum(s.length for s in current) + following.length)
     return bool(near and cosine >= np.cos(np.radians(_ONE_SIDE)))
 
 

@@ -46,6 +46,11 @@ class ClosedBlock(Protocol):
         """The blocks beyond these faults."""
 
 
+def block_files(blocks: Sequence[ClosedBlock], kind: Literal["ts", "vtp"] = "ts") -> list[str]:
+    """Return the name of the file of each block, as :func:`write_blocks` gives them."""
+    return [f"{stem}.{kind}" for stem in file_names(b.name for b in blocks)]
+
+
 def write_blocks(
     blocks: Sequence[ClosedBlock],
     folder: Path,
@@ -85,8 +90,8 @@ def write_blocks(
     with table.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(COLUMNS)
-        for block, stem in zip(blocks, file_names(b.name for b in blocks), strict=True):
-            path = folder / f"{stem}.{kind}"
+        for block, file in zip(blocks, block_files(blocks, kind), strict=True):
+            path = folder / file
             if kind == "ts":
                 write_tsurf(path, [block.surface], z=z, unit=unit, crs=crs)
             else:

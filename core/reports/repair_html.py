@@ -16,6 +16,7 @@ from graben.reports.check_words import statuses
 from graben.reports.check_words import verdict as check_verdict
 from graben.reports.ledger_rows import ledger
 from graben.reports.page import Picture, rendered
+from graben.reports.repair_blocks import BlocksMade, blocks_rows
 from graben.reports.repair_figures import fault_picture
 from graben.reports.repair_moves import FaultChange, fault_changes
 from graben.reports.repair_scene import repair_scene
@@ -38,7 +39,11 @@ _REACH, _AROUND = 0.15, 10.0
 
 
 def repair_html(
-    result: RepairResult, changes: Sequence[FaultChange] | None = None, *, files: bool = False
+    result: RepairResult,
+    changes: Sequence[FaultChange] | None = None,
+    *,
+    files: bool = False,
+    blocks: BlocksMade | None = None,
 ) -> str:
     """Return report.html of a repair as one page that works offline, on paper and in the dark.
 
@@ -50,6 +55,8 @@ def repair_html(
         Of :func:`graben.reports.repair_moves.fault_changes`.
     files : bool
         Whether model.toml and report.json stand beside the page, which then links to them.
+    blocks : BlocksMade, optional
+        The fault blocks, where they were asked for.
 
     Returns
     -------
@@ -57,7 +64,7 @@ def repair_html(
         The page, at most 10 MB. Only the seconds and the peak memory differ between two repairs of the same
         input.
     """
-    return _Page(result, fault_changes(result) if changes is None else changes).text(files)
+    return _Page(result, fault_changes(result) if changes is None else changes).text(files, blocks)
 
 
 class _Page:
@@ -74,7 +81,7 @@ class _Page:
         ranked = sorted(self.changed, key=_weight, reverse=True)[:_MOST_PARTS]
         self.anchors = {c.name: f"fault-{k}" for k, c in enumerate(self.changed, start=1) if c in ranked}
 
-    def text(self, files: bool) -> str:
+    def text(self, files: bool, blocks: BlocksMade | None) -> str:
         """Return the page."""
         result = self.result
         rows = ledger(result.actions, result.left, result.after, self.frame, self.step)
@@ -96,6 +103,7 @@ class _Page:
             "before": told(check_verdict(result.before)),
             "after": told(check_verdict(result.after)),
             "checks": _checks(result.before, result.after),
+            "blocks": None if blocks is None else blocks_rows(blocks, result.model),
             "about": self._about(),
             "files": files,
             "seconds": f"{result.seconds:.2f}",

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from graben.reports.json_report import left_entry, repair_entry, strict
+from graben.reports.repair_blocks import BlocksMade, blocks_entry
 
 if TYPE_CHECKING:
     from graben.repairs import RepairResult
@@ -14,7 +15,10 @@ if TYPE_CHECKING:
 
 
 def repair_report(
-    result: RepairResult, changes: Sequence[FaultChange], timings: Mapping[str, float]
+    result: RepairResult,
+    changes: Sequence[FaultChange],
+    timings: Mapping[str, float],
+    blocks: BlocksMade | None = None,
 ) -> dict[str, Any]:
     """Return report.json of a repair as plain dictionaries, lists, numbers and strings.
 
@@ -26,6 +30,8 @@ def repair_report(
         Of :func:`graben.reports.repair_moves.fault_changes`.
     timings : mapping of str to float
         Seconds of each stage.
+    blocks : BlocksMade, optional
+        The fault blocks, where they were asked for.
 
     Returns
     -------
@@ -43,6 +49,7 @@ def repair_report(
             "after": result.after.as_dict(),
             "left": [left_entry(left, factor) for left in result.left],
             "faults": [_fault(change) for change in changes],
+            **({} if blocks is None else {"blocks": blocks_entry(blocks, result.model)}),
             "timings": dict(timings),
             "peak_memory_mb": result.peak_memory_mb,
         }

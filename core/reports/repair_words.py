@@ -111,7 +111,9 @@ def named(objects: Sequence[str]) -> str:
     return ", ".join(objects[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
-def repair_summary(result: RepairResult, *, verbose: bool = False, plan: bool = False) -> str:
+def repair_summary(
+    result: RepairResult, *, verbose: bool = False, plan: bool = False, blocks: str = ""
+) -> str:
     """Return a repair in lines of plain text for a terminal: what was done, fault by fault, and what is left.
 
     Parameters
@@ -122,6 +124,8 @@ def repair_summary(result: RepairResult, *, verbose: bool = False, plan: bool = 
         List everything, and how long it took.
     plan : bool
         Whether nothing was written: say so.
+    blocks : str
+        What to say of the fault blocks, where they were asked for.
     """
     teller = Teller.of(result.input)
     most = None if verbose else _MOST
@@ -134,6 +138,8 @@ def repair_summary(result: RepairResult, *, verbose: bool = False, plan: bool = 
         lines += [f"After:  {check_verdict(result.after)}", "", "Changes", *_actions(result, teller, most)]
     if result.left:
         lines += ["", "Left", *_left(result, teller, most)]
+    if blocks:
+        lines += ["", blocks]
     if verbose:
         lines += ["", f"{result.seconds:.1f} s, largest memory {result.peak_memory_mb:.0f} MiB."]
     return "\n".join(map(seen, lines))

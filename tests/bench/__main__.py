@@ -1,6 +1,6 @@
 """`make bench` prints all figures and writes build/bench/bench.json; nothing here is asserted.
 
-`python -m tests.bench surfaces network` takes some parts only: runs, surfaces, network, damaged.
+`python -m tests.bench surfaces network` takes some parts only: runs, surfaces, network, damaged, repairs.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from importlib import import_module
 
 from tests.bench.tables import OUT, Table
 
-PARTS = ("runs", "surfaces", "network", "damaged")
+PARTS = ("runs", "surfaces", "network", "damaged", "repairs")
 
 
 def main(parts: list[str]) -> None:

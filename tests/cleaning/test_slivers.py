@@ -204,3 +204,15 @@ def test_a_flat_spike_on_the_rim_goes():
     made = without_slivers(spike)
     assert len(bad_triangles(made, ANGLE_LIMIT)) == 0
     assert area(made) == pytest.approx(area(F60))
+
+
+def test_a_sliver_along_the_rim_goes_where_its_third_corner_is_held():
+    # a line that another fault shares ends a hair below the rim
+    points = [[0, 0, 0], [9, 0, 0], [4, 0, -0.01], [4, 0, -5], [0, 0, -5], [9, 0, -5]]
+    surface = Surface("F", points, [[0, 2, 1], [0, 4, 2], [2, 4, 3], [2, 3, 5], [2, 5, 1]])
+    held = np.array([False, False, True, True, False, False])
+    made = without_slivers(surface, held=held)
+    assert len(made.triangles) == 4
+    assert np.array_equal(made.vertices, surface.vertices)
+    assert without_slivers(surface, held=held, away=0.001) is surface
+    assert without_slivers(made, held=held) is made

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from graben.cleaning.shaping.limits import distances
+from graben.cleaning.shaping.regular import MOST_REGULAR
 from graben.cleaning.unfit import MOST_TOGETHER, REPAIR, made_fit
 from graben.surface import Surface, boundary_edges, triangle_areas
 from tests.cleaning.tasks import applied, found, proposed
@@ -55,20 +56,49 @@ def test_neighbours_are_restored_together_up_to_a_number():
     row = 4 * 9 + 3 + np.arange(MOST_TOGETHER)
     fit = made_fit(moved_vertex(large, row, NAN))
     assert np.allclose(fit.surface.vertices, large.vertices, atol=1e-9)
-    more = np.append(row, row[-1] + 1)
-    holed = made_fit(moved_vertex(large, more, NAN))
-    assert holed.lost == len(more)
-    gone = np.isin(large.triangles, more).any(axis=1)
+
+
+def test_too_many_neighbours_go_with_their_triangles():
+    large = dipping(60, 16, 16)
+    block = (4 + np.arange(6))[:, None] * 17 + 4 + np.arange(6)
+    assert block.size > MOST_REGULAR
+    holed = made_fit(moved_vertex(large, block.ravel(), NAN))
+    assert holed.lost == block.size
+    gone = np.isin(large.triangles, block).any(axis=1)
     assert holed.dropped == gone.sum()
     assert area(holed.surface) == pytest.approx(triangle_areas(large.vertices, large.triangles[~gone]).sum())
 
 
-def test_vertex_of_the_rim_goes_with_its_triangles():
-    fit = made_fit(moved_vertex(F60, 10, NAN))  # in the middle of the upper rim
-    assert (fit.lost, len(fit.restored)) == (1, 0)
-    assert fit.dropped == (F60.triangles == 10).any(axis=1).sum()
-    assert np.isfinite(fit.surface.vertices).all()
-    assert fit.surface.triangles.max() < len(fit.surface.vertices)
+@pytest.mark.parametrize(
+    "lost",
+    [
+        [10],  # in the middle of the upper rim
+        [0],  # a corner with two triangles
+        [4],  # a corner with one
+        [12, 13, 14, 17, 18],  # inside, more than are put in a mean
+        [20, 25, 26, 21, 31],  # along the rim, two deep
+    ],
+    ids=str,
+)
+def test_a_regular_mesh_comes_back_whole(lost):
+    fit = made_fit(moved_vertex(F60, lost, NAN))
+    assert np.allclose(fit.surface.vertices, F60.vertices, atol=1e-9 * STEP)
+    assert np.array_equal(fit.surface.triangles, F60.triangles)
+    assert fit.restored.tolist() == sorted(lost)
+
+
+def test_a_rim_is_restored_close_to_a_bent_sheet():
+    bent = sheet(12, 8, lambda i, j: (STEP * i, 25 * j + 15 * np.cos(0.5 * i), -STEP * j))
+    rim = [9 * 5, 9 * 6, 9 * 6 + 1, 9 * 12 + 4]
+    made = made_fit(moved_vertex(bent, rim, NAN)).surface
+    assert np.linalg.norm(made.vertices[rim] - bent.vertices[rim], axis=1).max() < 0.1 * STEP
+    assert area(made) == pytest.approx(area(bent), rel=2e-3)
+
+
+def test_a_place_that_makes_a_sliver_is_not_taken():
+    x = [[0, 0, 0], [1, 0, 0], [0.5, 40, 0], [NAN] * 3, [-40, -1, 0]]
+    fit = made_fit(Surface("F", x, [[0, 1, 2], [1, 0, 3], [0, 2, 4]]))
+    assert (fit.lost, fit.dropped, len(fit.restored)) == (1, 1, 0)
 
 
 def test_lines_follow_and_all_kinds_at_once():
@@ -77,7 +107,7 @@ def test_lines_follow_and_all_kinds_at_once():
     damaged = replace(damaged, lines=np.arange(1, len(damaged.triangles) + 1))
     fit = made_fit(damaged)
     corners = damaged.vertices[damaged.triangles[fit.surface.lines - 1]]
-    same = ~np.isnan(corners)
+    same = np.isfinite(corners)
     assert np.array_equal(fit.surface.vertices[fit.surface.triangles][same], corners[same])
     assert made_fit(fit.surface).surface is fit.surface
     assert not found(faults(fit.surface), "finite", REPAIR)

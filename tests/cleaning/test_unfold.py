@@ -113,7 +113,7 @@ def test_vertical_fault_is_refused_with_the_lean_it_would_take():
     # 200 m high: a plane that leans about its middle moves its rims by half of that times the slope
     most = float(refusal.reason.split("moves it by up to ")[1].split(" m")[0])
     assert 0.9 * 100 < most * np.tan(np.radians(STEEPEST)) < 1.3 * 100
-    assert refusal.needed == 0
+    assert refusal.needed is None  # it is no matter of the limit
 
 
 def test_overturned_fault_is_refused_and_repaired_with_as_much_more_as_it_says():

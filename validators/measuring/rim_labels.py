@@ -92,7 +92,8 @@ class Scene:
         for b, rows in self._beside(pieces, own, limit):
             near = nearest(points[rows], self.faults[b].vertices, self.faults[b].triangles)
             branch = self.branches.nearest(points[rows], own, b)
-            way = np.where(hits.owner[rows] == b, hits.distance[rows] * limit, np.inf)
+            way = np.full(len(rows), np.inf)
+            way[hits.owner[rows] == b] = limit * hits.distance[rows][hits.owner[rows] == b]
             gap = _gaps(pieces, rows, near, way, limit)
             gap[gap * _CROSSING >= self._apart(pieces, rows, branch, b)] = np.inf
             stub = self._stubs(pieces, rows, branch, own, b, limit)
