@@ -53,6 +53,8 @@ MOST_CUT = 0.1
 _REACHED = 0.05
 #: Least cosine between the way on and that to the nearest point of the other for it to lie ahead: 30 degrees.
 _AHEAD = 0.866
+#: Share of max_move that a rim is moved by at most: other repairs may have moved it before.
+_MOVED = 0.5
 #: Share of a gap by which the rim of an extension may miss the other fault and is then moved onto it.
 _LANDING = 0.25
 
@@ -85,6 +87,7 @@ def _worked(task: Task, group: Sequence[int], decisions: Sequence[Decision]) -> 
         if decision.what is What.CUT or (landing and front is None):
             continue
         reach = _LANDING * decision.size if landing else decision.size
+        reach = min(reach, _MOVED * task.max_move(old[own].name))
         for other in (place[k] for k in decision.others):
             try:
                 net = imprinted(net, own, other, reach, task.contact, front if landing else None)

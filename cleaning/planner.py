@@ -32,6 +32,8 @@ Progress = Callable[[str, str], None]
 MOST_ROUNDS = 4
 #: So often a repair is asked again without what did not help.
 MOST_TRIES = 2
+#: Up to so many limits a new vertex may lie off the input where the surface that it lies on does.
+ON_MOVED = 1.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +178,11 @@ class _Work:
             limit = self.model.max_move(self._fault(old))
             for surface in new:
                 away = distances(surface, self._measured_from(old, surface.name, change))
+                if (away > limit * (1.0 + ROUNDING)).any():
+                    # between vertices moved as far as allowed a surface may lie a little further off:
+                    # what this change leaves on it, it has not moved
+                    moved = distances(surface, [self._fault(old).surface]) > ROUNDING * limit
+                    away = np.where(moved | (away > ON_MOVED * limit), away, 0.0)
                 far = int(np.argmax(away)) if len(away) else 0
                 if len(away) and away[far] > limit * (1.0 + ROUNDING):
                     self._give_up(repair, frozenset(change.surfaces))
