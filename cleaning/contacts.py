@@ -99,7 +99,9 @@ def _worked(task: Task, group: Sequence[int], decisions: Sequence[Decision]) -> 
     if crossed:
         rest = [k for k in group if k not in crossed]
         within = [d for d in decisions if d.own in rest and set(d.others) <= set(rest)]
-        return [_waits(task, k) for k in crossed] + (_worked(task, rest, within) if len(rest) > 1 else [])
+        return [r for k in crossed for r in _waits(task, k)] + (
+            _worked(task, rest, within) if len(rest) > 1 else []
+        )
     # slivers at the ends of a branch line can hold together what it cuts: they go first
     net = bettered(net, goal)
     for decision in (d for d in decisions if d.what is What.CUT):
@@ -120,15 +122,19 @@ def _worked(task: Task, group: Sequence[int], decisions: Sequence[Decision]) -> 
     return [Change(changed, tuple(steps), declared), *refusals]
 
 
-def _waits(task: Task, fault: int) -> Refusal:
-    """Return why a fault that is no manifold surface once refined is left alone."""
+def _waits(task: Task, fault: int) -> list[Refusal]:
+    """Return why a fault that is no manifold surface once refined is left alone, finding by finding."""
     name = task.model.faults[fault].name
-    return Refusal(
-        "simplicial-complex",
-        next(f.objects for f in task.findings if name in f.objects),
-        f"{name} crosses itself or has edges with three triangles or more: no line can be put into it.",
-        "Repair that first, by hand if need be.",
-    )
+    return [
+        Refusal(
+            finding.check,
+            finding.objects,
+            f"{name} crosses itself or has edges with three triangles or more: no line can be put into it.",
+            "Repair that first, by hand if need be.",
+        )
+        for finding in task.findings
+        if name in finding.objects
+    ]
 
 
 def _tangled(decision: Decision, own: str, other: str) -> Refusal:

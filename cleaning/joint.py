@@ -9,7 +9,7 @@ import numpy as np
 
 from graben.arrays import FloatArray
 from graben.cleaning.repairing import Task
-from graben.cleaning.shaping.limits import distances
+from graben.cleaning.shaping.limits import reaches
 from graben.surface import Surface
 from graben.validators.measuring.measures import smallest_angles
 from graben.validators.measuring.plan import covers_once, narrowest_overlap, projected
@@ -60,7 +60,7 @@ def sound_with(task: Task, joint: Joint, taken: Mapping[str, Surface]) -> bool:
     level = task.model.checks.get("z-monotone", LEVEL)
     for name, made in joint.others.items():
         before = task.fault(name).surface
-        if distances(made, [task.references[name]]).max(initial=0.0) > task.max_move(name):
+        if reaches(made, [task.references[name]]).max(initial=0.0) > task.max_move(name):
             return False
         if any(a > b for a, b in zip(_faults_of(made, level), _faults_of(before, level), strict=True)):
             return False

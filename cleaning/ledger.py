@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -138,7 +138,9 @@ class Left:
         return replace(self, place=_moved(self.place, offset))
 
 
-def left_over(result: CheckResult, noted: Iterable[Left], answered: Collection[str]) -> tuple[Left, ...]:
+def left_over(
+    result: CheckResult, noted: Iterable[Left], answered: Mapping[str, Sequence[str]]
+) -> tuple[Left, ...]:
     """Return what is left of a repaired model: every finding that fails, and warnings that a repair refused.
 
     Parameters
@@ -147,8 +149,8 @@ def left_over(result: CheckResult, noted: Iterable[Left], answered: Collection[s
         Of the repaired model.
     noted : iterable of Left
         What repairs left on the way; notes on what is no longer found are dropped.
-    answered : collection of str
-        The checks that some repair answers.
+    answered : mapping of str to sequence of str
+        By the check: the repairs that answer it.
     """
     notes: dict[tuple[str, tuple[str, ...]], list[Left]] = {}
     for note in noted:
@@ -159,9 +161,10 @@ def left_over(result: CheckResult, noted: Iterable[Left], answered: Collection[s
             continue
         own = notes.get((finding.check, finding.objects), [])
         if not own and finding.status is Status.FAIL:
+            asked = " and ".join(answered.get(finding.check, ()))
             why = "No repair answers this."
-            if finding.check in answered:
-                why = "The repairs that answer this found nothing that would help within their limits."
+            if asked:
+                why = f"Nothing that {asked} can do within max_move and max_extension takes this away."
             own = [Left(finding.check, finding.objects, "", None, why, "")]
         found += [_completed(note, finding) for note in own]
     return tuple(found)

@@ -74,13 +74,13 @@ class Decision:
 
 def decided(task: Task) -> tuple[list[Decision], list[Refusal]]:
     """Return what to do at each pair of faults with a finding, and what is left to a person."""
-    faults = [f.surface for f in task.model.faults]
+    faults = tuple(f.surface for f in task.model.faults)
     limits = {s.name: task.model.checks.get("near-miss", task.max_extension(s.name)) for s in faults}
     forced = {name for c in task.model.contacts if c.rule == "force" for name in c.faults}
     assert task.evidence.complex is not None
     # a side that is forced to meet another is looked at as a whole, the part beyond the limit with it
-    looked = [limits[s.name] * (_FORCED if s.name in forced else 1.0) for s in faults]
-    stretches = rim_stretches(faults, task.evidence.complex, looked, task.contact)
+    looked = tuple(limits[s.name] * (_FORCED if s.name in forced else 1.0) for s in faults)
+    stretches = rim_stretches(task.evidence.complex, faults, looked, task.contact)
     asking = _asking(task)
     by_fault: dict[str, list[Stretch]] = {}
     for stretch in stretches:

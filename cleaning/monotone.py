@@ -11,7 +11,7 @@ import numpy as np
 from graben.arrays import BoolArray, FloatArray, floats
 from graben.cleaning.joint import Joint, joint_move, sound_with
 from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task, fails
-from graben.cleaning.shaping.limits import distances
+from graben.cleaning.shaping.limits import reaches
 from graben.cleaning.shaping.shared import shared_vertices
 from graben.cleaning.shaping.slope_patches import Turned, around, patches, slivers, within
 from graben.cleaning.shaping.slope_program import Bounds
@@ -227,7 +227,7 @@ def _lacking(task: Task, fault: _Fault, core: BoolArray) -> float | None:
     for attempt in _attempts(fault, core, (np.zeros_like(core),), RINGS[-1:]):
         moved = _moved(task, fault, core, attempt, np.inf)
         if moved is not None:
-            most.append(float(distances(moved, [task.references[name]]).max()))
+            most.append(float(reaches(moved, [task.references[name]]).max()))
     return min(most) - task.max_move(name) if most else None
 
 

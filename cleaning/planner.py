@@ -7,7 +7,7 @@ Rounds follow each other until nothing changes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -21,19 +21,22 @@ from graben.cleaning.shaping.limits import ROUNDING, distances, joined
 from graben.finding import CheckResult, Finding, Status
 from graben.model import Fault, Model
 from graben.surface import Surface
-from graben.validators.context import Evidence, Need
+from graben.validators.context import Evidence, Need, Severity
+from graben.validators.registry import CHECKS
 
-#: Checks a model as far as a stage; in the model's own frame.
-Gate = Callable[[Model, Need], tuple[CheckResult, Evidence]]
+#: Checks a model as far as a stage, of the checks that can only warn those named; in the model's own frame.
+Gate = Callable[[Model, Need, frozenset[str]], tuple[CheckResult, Evidence]]
 #: Called with the repair and what it works on, for a progress display.
 Progress = Callable[[str, str], None]
 
+#: What tells a finding from others, see :func:`_key`.
+_Key = tuple[str, tuple[str, ...], int, str]
+#: Ids of the checks that can only warn.
+_WARNING = frozenset(check.id for check in CHECKS if check.severity is Severity.WARN)
 #: After so many rounds the plan ends; a network needs two or three.
 MOST_ROUNDS = 4
 #: So often a repair is asked again without what did not help.
-MOST_TRIES = 2
-#: Up to so many limits a new vertex may lie off the input where the surface that it lies on does.
-ON_MOVED = 1.02
+MOST_TRIES = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +75,9 @@ def repaired(model: Model, gate: Gate, progress: Progress, found: tuple[CheckRes
     found : tuple of CheckResult and Evidence
         What the gate says of the model, all stages.
     """
-    work = _Work(model, gate, found)
+    # the limits are those of the faults that were given, however fine or coarse repairs make them
+    held = replace(model, faults=tuple(replace(f, max_move=model.max_move(f)) for f in model.faults))
+    work = _Work(held, gate, found)
     for _ in range(MOST_ROUNDS):
         before = work.model
         for repair in REPAIRS:
@@ -81,7 +86,10 @@ def repaired(model: Model, gate: Gate, progress: Progress, found: tuple[CheckRes
         if work.model is before:
             break
     return Repaired(
-        work.model, tuple(work.actions), tuple(work.left.values()), MappingProxyType(dict(work.lineage))
+        model if work.model is held else work.model,
+        tuple(work.actions),
+        tuple(work.left.values()),
+        MappingProxyType(dict(work.lineage)),
     )
 
 
@@ -95,27 +103,25 @@ class _Work:
         self.lineage = {f.name: f.name for f in model.faults}
         self._references = {f.name: f.surface for f in model.faults}
         self._gate = gate
-        self._seen = (model, Need.ANCHORS, *found)
+        self._seen = (model, Need.ANCHORS, _WARNING, *found)
         #: by repair: the findings that it has seen and left
-        self._settled: dict[str, set[tuple[str, tuple[str, ...], int, str]]] = {}
+        self._settled: dict[str, set[_Key]] = {}
         #: by repair and names: the surfaces on which it was tried in vain
         self._vain: dict[tuple[str, frozenset[str]], tuple[Surface, ...]] = {}
 
     def attempt(self, repair: Repair, progress: Progress) -> None:
-        """Let one repair do what helps, asking it again without what does not."""
-        result, evidence = self._checked(repair.need)
-        asking = self._asking(repair, result)
+        """Let one repair do what helps, asking it again about the faults of what does not."""
+        result, evidence = self._checked(repair)
         # what it has left once is not tried again as long as it is found alike
-        findings = tuple(f for f in asking if _key(f) not in self._settled.get(repair.id, ()))
-        if not findings or (repair.need >= Need.COMPLEX and evidence.complex is None):
-            return
-        for key in [
-            k for k in self.left if k[0] == repair.id and k[1:] in {(f.check, f.objects) for f in findings}
-        ]:
-            del self.left[key]
+        findings = self._open(repair, result)
+        looked: set[_Key] = set()
         for _ in range(MOST_TRIES):
+            if not findings or (repair.need >= Need.COMPLEX and evidence.complex is None):
+                break
             progress("repair", f"{repair.id}, {len(findings)} findings")
             vetoed = self._vetoed(repair)
+            self._forget(repair, findings, vetoed)
+            looked.update(map(_key, findings))
             proposed = repair.propose(
                 Task(self.model, findings, evidence, MappingProxyType(dict(self._references)), vetoed)
             )
@@ -123,45 +129,51 @@ class _Work:
                 if isinstance(refusal, Refusal):
                     self._leave(repair, refusal)
             changes = _disjoint([c for c in proposed if isinstance(c, Change)], vetoed)
-            if not changes or not self._judged(repair, changes, result):
+            undone = self._judged(repair, changes, findings, result)
+            if not undone:
                 break
-            result, evidence = self._checked(repair.need)
-            findings = tuple(
-                f for f in self._asking(repair, result) if _key(f) not in self._settled.get(repair.id, ())
-            )
-            if not findings or (repair.need >= Need.COMPLEX and evidence.complex is None):
-                break
-        result, _ = self._checked(repair.need)
-        self._settled[repair.id] = {_key(f) for f in self._asking(repair, result)}
+            result, evidence = self._checked(repair)
+            findings = tuple(f for f in self._open(repair, result) if undone.intersection(f.objects))
+        self._settled.setdefault(repair.id, set()).update(looked)
 
-    def _judged(self, repair: Repair, changes: list[Change], before: CheckResult) -> bool:
-        """Keep of some changes those that help; return whether one did not, so that to ask again pays."""
-        undone = [c for c in changes if self._beyond(repair, c)]
+    def _judged(
+        self, repair: Repair, changes: list[Change], findings: Sequence[Finding], before: CheckResult
+    ) -> frozenset[str]:
+        """Keep of some changes those that help; return the faults of the others."""
+        asked = _WARNING.intersection(repair.checks)
+        undone = [c for c in changes if self._beyond(repair, c, findings)]
         changes = [c for c in changes if c not in undone]
         while changes:
             trial = _applied(self.model, changes)
-            after, evidence = self._gate(trial, repair.need)
+            after, evidence = self._gate(trial, repair.need, asked)
             # what keeps the faults from being looked at together hides findings, and does not help
             blind = repair.need >= Need.COMPLEX and evidence.complex is None
             bad = [c for c in changes if blind or not self._helps(repair, c, before, after)]
             for change in bad:
-                self._in_vain(repair, change, before, after)
+                self._in_vain(repair, change, findings, before, after)
             if not bad:
                 self._accept(repair, changes, trial)
-                self._seen = (trial, repair.need, after, evidence)
+                self._seen = (trial, repair.need, asked, after, evidence)
                 break
             undone += bad
             changes = [c for c in changes if c not in bad]
-        return bool(undone)
+        return frozenset(name for change in undone for name in change.surfaces)
 
     def _asking(self, repair: Repair, result: CheckResult) -> tuple[Finding, ...]:
         return tuple(f for f in result.findings if _asks(repair, f, self.model))
 
-    def _checked(self, need: Need) -> tuple[CheckResult, Evidence]:
-        """Return the findings of the model as far as a stage, made anew only where it has changed."""
-        if self._seen[0] is not self.model or self._seen[1] < need:
-            self._seen = (self.model, need, *self._gate(self.model, need))
-        return self._seen[2], self._seen[3]
+    def _open(self, repair: Repair, result: CheckResult) -> tuple[Finding, ...]:
+        """Return the findings that ask for a repair and that it has not left before."""
+        settled = self._settled.get(repair.id, set())
+        return tuple(f for f in self._asking(repair, result) if _key(f) not in settled)
+
+    def _checked(self, repair: Repair) -> tuple[CheckResult, Evidence]:
+        """Return the findings as far as a repair must see them, made anew only where something is missing."""
+        model, need, warning = self._seen[:3]
+        asked = _WARNING.intersection(repair.checks)
+        if model is not self.model or need < repair.need or not asked <= warning:
+            self._seen = (self.model, repair.need, asked, *self._gate(self.model, repair.need, asked))
+        return self._seen[3], self._seen[4]
 
     def _vetoed(self, repair: Repair) -> frozenset[frozenset[str]]:
         """Return what a repair was tried on in vain, where the surfaces are still the same."""
@@ -172,25 +184,22 @@ class _Work:
             if tried == repair.id and all(now.get(s.name) is s for s in surfaces)
         )
 
-    def _beyond(self, repair: Repair, change: Change) -> bool:
+    def _beyond(self, repair: Repair, change: Change, findings: Sequence[Finding]) -> bool:
         """Return whether a change moves a vertex further than allowed, and note it."""
         for old, new in change.surfaces.items():
             limit = self.model.max_move(self._fault(old))
             for surface in new:
                 away = distances(surface, self._measured_from(old, surface.name, change))
-                if (away > limit * (1.0 + ROUNDING)).any():
-                    # between vertices moved as far as allowed a surface may lie a little further off:
-                    # what this change leaves on it, it has not moved
-                    moved = distances(surface, [self._fault(old).surface]) > ROUNDING * limit
-                    away = np.where(moved | (away > ON_MOVED * limit), away, 0.0)
                 far = int(np.argmax(away)) if len(away) else 0
                 if len(away) and away[far] > limit * (1.0 + ROUNDING):
-                    self._give_up(repair, frozenset(change.surfaces))
+                    self._give_up(repair, change, {old}, findings)
                     reason = (
                         f"{repair.id} would move {old} by {away[far]:.3g}, more than max_move = {limit:.3g}."
                     )
-                    self._leave(
+                    self._leave_all(
                         repair,
+                        change,
+                        findings,
                         Refusal(
                             change.steps[0].check,
                             change.steps[0].objects,
@@ -228,32 +237,36 @@ class _Work:
         ]
         return "finite" in repair.checks or fails[1] <= fails[0]
 
-    def _in_vain(self, repair: Repair, change: Change, before: CheckResult, after: CheckResult) -> None:
+    def _in_vain(
+        self,
+        repair: Repair,
+        change: Change,
+        findings: Sequence[Finding],
+        before: CheckResult,
+        after: CheckResult,
+    ) -> None:
         """Note what of a change did not help: pairs of faults that are worse now, or else all of it."""
         names = frozenset(s.name for made in change.surfaces.values() for s in made) | set(change.surfaces)
-        faults = {f.name for f in self.model.faults}
         known = {(f.check, f.objects): _trouble([f]) for f in _failing(before, names)}
-        worse = [
-            f for f in _failing(after, names) if _trouble([f]) >= known.get((f.check, f.objects), (np.inf,))
-        ]
-        pairs = {frozenset(faults.intersection(f.objects)) for f in worse}
-        pairs = {p for p in pairs if len(p) > 1 and p != frozenset(change.surfaces)}
-        for group in pairs or {frozenset(change.surfaces)}:
-            self._give_up(repair, group)
+        worse = [f for f in _failing(after, names) if _trouble([f]) > known.get((f.check, f.objects), ())]
+        self._give_up(repair, change, {name for f in worse for name in f.objects}, findings)
+        said = f" Then: {worse[0].message}" if worse else ""
+        together = len(change.surfaces)
+        what = f"{repair.id} was tried" + (f" on {together} faults that meet" if together > 2 else "")
         step = change.steps[0]
-        said = f"; then {worse[0].message[0].lower()}{worse[0].message[1:]}" if worse else ""
-        self._leave(
-            repair,
-            Refusal(
-                step.check,
-                step.objects,
-                f"{repair.id} was tried and undone: it did not help{said}".rstrip(".") + ".",
-            ),
-        )
+        reason = f"{what}, and undone, since it did not help.{said}"
+        self._leave_all(repair, change, findings, Refusal(step.check, step.objects, reason))
 
-    def _give_up(self, repair: Repair, names: frozenset[str]) -> None:
-        surfaces = tuple(f.surface for f in self.model.faults if f.name in names)
-        self._vain[repair.id, names] = surfaces
+    def _give_up(
+        self, repair: Repair, change: Change, guilty: Collection[str], findings: Iterable[Finding]
+    ) -> None:
+        """Keep a repair off pairs of faults with some that were worse for it, or off all that it changed."""
+        faults = {f.name: f.surface for f in self.model.faults}
+        whole = frozenset(change.surfaces)
+        pairs = {frozenset(faults.keys() & set(f.objects)) for f in findings}
+        pairs = {p for p in pairs if len(p) > 1 and p < whole and p.intersection(guilty)}
+        for group in pairs or {whole}:
+            self._vain[repair.id, group] = tuple(faults[name] for name in sorted(group))
 
     def _accept(self, repair: Repair, changes: Sequence[Change], trial: Model) -> None:
         """Take the changes over and write the ledger."""
@@ -298,9 +311,32 @@ class _Work:
                     self.lineage[surface.name] = origin
         self.model = trial
 
+    def _forget(self, repair: Repair, findings: Iterable[Finding], vetoed: frozenset[frozenset[str]]) -> None:
+        """Drop the notes on findings that a repair looks at anew: not on what it must leave alone now."""
+        faults = {f.name for f in self.model.faults}
+        anew = {
+            (f.check, f.objects) for f in findings if frozenset(faults.intersection(f.objects)) not in vetoed
+        }
+        for key in [k for k in self.left if k[0] == repair.id and k[1:] in anew]:
+            del self.left[key]
+
+    def _leave_all(
+        self, repair: Repair, change: Change, findings: Iterable[Finding], refusal: Refusal
+    ) -> None:
+        """Note of each finding that a change was to answer why it is left."""
+        asked = {step.check for step in change.steps}
+        for finding in findings:
+            own = replace(refusal, check=finding.check, objects=finding.objects)
+            # what a repair says itself of a finding says more
+            if (
+                finding.check in asked
+                and change.surfaces.keys() & set(finding.objects)
+                and _note_of(repair, own) not in self.left
+            ):
+                self._leave(repair, own)
+
     def _leave(self, repair: Repair, refusal: Refusal) -> None:
-        key = (repair.id, refusal.check, refusal.objects)
-        self.left[key] = Left(
+        self.left[_note_of(repair, refusal)] = Left(
             refusal.check,
             refusal.objects,
             repair.id,
@@ -321,7 +357,12 @@ def _asks(repair: Repair, finding: Finding, model: Model) -> bool:
     return wanted and bool({f.name for f in model.faults}.intersection(finding.objects))
 
 
-def _key(finding: Finding) -> tuple[str, tuple[str, ...], int, str]:
+def _note_of(repair: Repair, refusal: Refusal) -> tuple[str, str, tuple[str, ...]]:
+    """Return under what a note is kept: one for each repair and finding."""
+    return repair.id, refusal.check, refusal.objects
+
+
+def _key(finding: Finding) -> _Key:
     """Return what tells a finding from others: where its count or its size changes it is another."""
     size = "" if finding.worst is None else f"{finding.worst.value:.3g}"
     return finding.check, finding.objects, finding.count, size
@@ -395,7 +436,7 @@ def _applied(model: Model, changes: Sequence[Change]) -> Model:
     faults: list[Fault] = []
     for fault in model.faults:
         if fault.name in made:
-            faults += [Fault(surface, fault.gamma) for surface in made[fault.name]]
+            faults += [replace(fault, surface=surface) for surface in made[fault.name]]
         else:
             faults.append(fault)
     return replace(model, faults=tuple(faults))

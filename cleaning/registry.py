@@ -53,6 +53,8 @@ def known_repairs() -> tuple[str, ...]:
     return tuple(repair.id for repair in REPAIRS)
 
 
-def answered_checks() -> frozenset[str]:
-    """Return the ids of the checks whose findings some repair answers; `cycles` only says what to do."""
-    return frozenset(check for repair in REPAIRS if repair is not cycles.REPAIR for check in repair.checks)
+def answered_checks() -> dict[str, tuple[str, ...]]:
+    """Return the repairs that answer each check, by its id; `cycles` only says what to do."""
+    answering = [repair for repair in REPAIRS if repair is not cycles.REPAIR]
+    checks = dict.fromkeys(check for repair in answering for check in repair.checks)
+    return {check: tuple(r.id for r in answering if check in r.checks) for check in checks}

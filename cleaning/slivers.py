@@ -1,11 +1,13 @@
 """slivers: triangles without area or with too small an angle go (answers `degenerate`).
 
 The long edge of a flat triangle is flipped, the short one of a needle collapsed, whichever of all such edits
-leaves no sliver behind and departs least from the surface. Rims and what other faults share stay in place.
+leaves no sliver behind and departs least from the surface. Where none does, the patch around a sliver is
+meshed anew within the same limits. Rims and what other faults share stay in place.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,10 +15,12 @@ import numpy as np
 from graben.arrays import BoolArray, FloatArray, IntArray, bools, ints
 from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
 from graben.cleaning.shaping.edits import Edit, Patchwork
+from graben.cleaning.shaping.fans import trouble
 from graben.cleaning.shaping.limits import distances
+from graben.cleaning.shaping.remeshing import differing, followed, remeshed, rings, shared_edges
 from graben.cleaning.shaping.shared import shared_vertices
 from graben.proximity import nearest
-from graben.surface import Surface, triangle_normals
+from graben.surface import Surface, edge_table, triangle_normals
 from graben.validators.degenerate import ANGLE_LIMIT
 from graben.validators.measuring.measures import ANGLE_ROUNDING, amount, plural, side_lengths, smallest_angles
 
@@ -35,6 +39,12 @@ ON_RIM = 1e-3
 _GOOD = 10.0
 #: So often all slivers are looked at again: what stood in the way may be gone.
 _MOST_PASSES = 6
+#: Rings of triangles around a sliver that are meshed anew with it, and the lengths of edge tried over the
+#: median there: the fewest rings that help differ, and a short edge that stays wants short ones around it.
+_RINGS = (1, 2, 3)
+_LENGTHS = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35)
+#: Slivers of a patch meshed anew over those before up to which edits are asked to take them away.
+_MOST_MORE = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,11 +52,13 @@ class _Rules:
     """What edits must keep: the least angle, degrees, the vertices held, and the largest distance.
 
     ``turn``: of a normal, degrees. ``share``: of the distance over the longest side. ``last``: whether these
-    are the last that are tried, so that the rim may give way by the height of a sliver.
+    are the last that are tried, so that the rim may give way by the height of a sliver. ``lines``: the edges
+    held, the smaller vertex first.
     """
 
     limit: float
     held: BoolArray
+    lines: frozenset[tuple[int, int]]
     away: float
     turn: float = MOST_TURN
     share: float = _MOST_AWAY
@@ -54,7 +66,11 @@ class _Rules:
 
 
 def without_slivers(
-    surface: Surface, limit: float = ANGLE_LIMIT, held: BoolArray | None = None, away: float = np.inf
+    surface: Surface,
+    limit: float = ANGLE_LIMIT,
+    held: BoolArray | None = None,
+    away: float = np.inf,
+    lines: IntArray | None = None,
 ) -> Surface:
     """Return the surface with triangles below an angle merged into others, as far as that goes.
 
@@ -67,9 +83,11 @@ def without_slivers(
     limit : float
         Least angle, degrees; triangles without area go in any case.
     held : (n,) array, optional
-        Vertices that stay, and edges between them.
+        Vertices that stay.
     away : float
         Largest distance of an edit from the surface, model units.
+    lines : (k, 2) array, optional
+        Edges that stay, the smaller vertex first; by default those between vertices that stay.
 
     >>> split = Surface("F", [[0, 0, 0], [9, 0, 0], [0, 9, 0], [4, 0.01, 0]],
     ...                 [[0, 1, 3], [1, 2, 3], [2, 0, 3]])
@@ -80,9 +98,13 @@ def without_slivers(
     work = Patchwork(surface)
     if not smallest_angles(surface.vertices, surface.triangles).any():
         return surface
-    todo = _edited(work, bad_triangles(surface, limit).tolist(), _Rules(limit, held, away))
+    if lines is None:
+        edges = edge_table(surface.triangles)[0]
+        lines = edges[held[edges].all(axis=1)]
+    kept = frozenset((a, b) for a, b in lines.tolist())
+    todo = _edited(work, bad_triangles(surface, limit).tolist(), _Rules(limit, held, kept, away))
     if todo:
-        _edited(work, todo, _Rules(limit, held, away, _LAST_TURN, _LAST_AWAY, True))
+        _edited(work, todo, _Rules(limit, held, kept, away, _LAST_TURN, _LAST_AWAY, True))
     return work.result()
 
 
@@ -139,32 +161,37 @@ def _best(work: Patchwork, t: int, rules: _Rules) -> Edit | None:
 
 
 def _off_rim(work: Patchwork, t: int, rules: _Rules) -> Edit | None:
-    """Return the edit that leaves out a sliver along the rim: that then goes through its third corner.
+    """Return the edit that leaves out a sliver along the rim: that then goes along its other sides.
 
-    So where a line that other faults share ends a hair below the rim.
+    So where a line that other faults share ends a hair below the rim, or one vertex of it is a hair off it.
     """
-    found = work.without_rim(t)
-    if found is None:
+    far = min(rules.away, _MOST_AWAY * _longest(work, t))
+    if (found := work.without_rim(t)) is not None:
+        (a, b, c), edit = found
+        return edit if _height(work, c, a, b) <= far and not rules.held[[a, b]].all() else None
+    ears = [v for v in work.corners(t) if len(work.around(v)) == 1]
+    if len(ears) != 1 or rules.held[ears].any():
         return None
-    (a, b, c), edit = found
-    far = float(nearest(work.points[[c]], work.points, ints([[a, b]])).distance[0])
-    return (
-        edit
-        if far <= min(rules.away, _MOST_AWAY * _longest(work, t)) and not rules.held[[a, b]].all()
-        else None
-    )
+    a, b = (v for v in work.corners(t) if v not in ears)
+    return work.without_spike(t) if _height(work, ears[0], a, b) <= far else None
+
+
+def _height(work: Patchwork, v: int, a: int, b: int) -> float:
+    """Return the distance of a vertex from the edge between two others."""
+    return float(nearest(work.points[[v]], work.points, ints([[a, b]])).distance[0])
 
 
 def _allowed(work: Patchwork, t: int, rules: _Rules) -> list[Edit]:
     """Return the edits of a triangle that leave rims and held vertices in place."""
-    flips = [e for e in work.flips(t) if not rules.held[list(_side(e))].all()]
+    flips = [e for e in work.flips(t) if _side(e) not in rules.lines]
     near = ON_RIM * _longest(work, t)
     return flips + [e for u, v, e in work.collapses(t) if not rules.held[u] and _along_rim(work, u, v, near)]
 
 
 def _side(flip: Edit) -> tuple[int, int]:
-    """Return the ends of the edge that a flip takes away."""
-    return flip.added[0][1], flip.added[1][2]
+    """Return the ends of the edge that a flip takes away, the smaller first."""
+    ends = flip.added[0][1], flip.added[1][2]
+    return min(ends), max(ends)
 
 
 def _longest(work: Patchwork, t: int) -> float:
@@ -195,7 +222,7 @@ def _rank(work: Patchwork, edit: Edit, t: int, rules: _Rules) -> tuple[int, floa
     if _turn(work, edit, old, new, before > rules.limit, angles > rules.limit) > rules.turn:
         return None
     size = _longest(work, t)
-    away = _departure(points, old[before > 0.0], new)
+    away = _departure(points[old[before > 0.0]], points[new])
     if away > min(rules.away, rules.share * size):
         return None
     worst = min(float(angles.min()), _GOOD)
@@ -222,22 +249,125 @@ def _turn(
     return float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)).max(initial=0.0)))
 
 
-def _departure(points: FloatArray, old: IntArray, new: IntArray) -> float:
-    """Return how far apart two triangulations of one patch are, at their corners and edges' middles."""
-    if not len(old):
+def _departure(old: FloatArray, new: FloatArray) -> float:
+    """Return how far apart two triangulations of one patch are, at their corners and edges' middles.
+
+    Each is given by the corners of its triangles, shape (m, 3, 3).
+    """
+    if not len(old) or not len(new):
         return 0.0
     away = 0.0
     for here, there in ((old, new), (new, old)):
-        corners = points[here]
-        asked = np.concatenate([corners, 0.5 * (corners + np.roll(corners, 1, axis=1))]).reshape(-1, 3)
-        away = max(
-            away, float(nearest(asked, points[there].reshape(-1, 3), _each(len(there))).distance.max())
-        )
+        asked = np.concatenate([here, 0.5 * (here + np.roll(here, 1, axis=1))]).reshape(-1, 3)
+        away = max(away, float(nearest(asked, there.reshape(-1, 3), _each(len(there))).distance.max()))
     return away
 
 
 def _each(count: int) -> IntArray:
     return np.arange(3 * count).reshape(-1, 3)
+
+
+def with_patches_remeshed(
+    surface: Surface,
+    limit: float,
+    held: BoolArray,
+    lines: IntArray,
+    away: float,
+    fits: Callable[[Surface], bool] = lambda made: True,
+) -> Surface:
+    """Return the surface with the patches around slivers meshed anew, where that leaves fewer of them.
+
+    Parameters
+    ----------
+    surface : Surface
+        A sound surface, of which flips and collapses have taken what they can.
+    limit : float
+        Least angle, degrees.
+    held : (n,) array
+        Vertices that stay.
+    lines : (k, 2) array
+        Edges that stay, the smaller vertex first.
+    away : float
+        Largest distance from the surface, model units.
+    fits : callable
+        Whether a surface may be taken for all that is not asked here.
+    """
+    vain: set[bytes] = set()
+    while True:
+        bad = bad_triangles(surface, limit)
+        keys = [surface.vertices[surface.triangles[t]].tobytes() for t in bad]
+        left = [(t, key) for t, key in zip(bad.tolist(), keys, strict=True) if key not in vain]
+        if not left:
+            return surface
+        t, key = left[0]
+        made = None
+        if not _between_lines(surface, t, lines):
+            made = _patched(surface, t, limit, held, lines, away, fits)
+        if made is None:
+            vain.add(key)
+            continue
+        held, lines = followed(surface, made, held, lines)
+        surface = made
+
+
+def _between_lines(surface: Surface, t: int, lines: IntArray) -> bool:
+    """Return whether the smallest angle of a triangle lies between two lines: no new mesh changes that."""
+    corners = surface.triangles[t]
+    k = int(side_lengths(surface.vertices, corners[None])[0].argmin())
+    sides = np.sort([[corners[k], corners[k - 1]], [corners[k], corners[k - 2]]], axis=1)
+    return all((lines == side).all(axis=1).any() for side in sides)
+
+
+def _patched(
+    surface: Surface,
+    t: int,
+    limit: float,
+    held: BoolArray,
+    lines: IntArray,
+    away: float,
+    fits: Callable[[Surface], bool],
+) -> Surface | None:
+    """Return a surface with the smallest patch around a sliver meshed anew that leaves fewer slivers.
+
+    Of the lengths of edge tried on it, that which makes the fewest triangles more for each sliver that goes.
+    """
+    sides = side_lengths(surface.vertices, surface.triangles)
+    far, bad = min(away, _LAST_AWAY * float(sides[t].max())), len(bad_triangles(surface, limit))
+    for count in _RINGS:
+        patch = rings(surface.triangles, ints([t]), count)
+        found: list[tuple[float, int, Surface]] = []
+        for share in _LENGTHS:
+            made = remeshed(surface, patch, held, lines, share * float(np.median(sides[patch])), far)
+            if made is None or len(bad_triangles(made, limit)) > _MOST_MORE * bad:
+                continue
+            stay, edges = followed(surface, made, held, lines)
+            made = without_slivers(made, limit, stay, far, edges)
+            if _as_near(surface, made, limit, far) and fits(made):
+                more = len(made.triangles) - len(surface.triangles)
+                found.append((more / (bad - len(bad_triangles(made, limit))), len(found), made))
+        if found:
+            return min(found, key=lambda one: one[:2])[-1]
+    return None
+
+
+def _as_near(old: Surface, new: Surface, limit: float, away: float) -> bool:
+    """Return whether a surface has fewer slivers than another, is as sound, and keeps to its shape."""
+    if len(bad_triangles(new, limit)) >= len(bad_triangles(old, limit)):
+        return False
+    if any(a > b for a, b in zip(trouble(new.triangles), trouble(old.triangles), strict=True)):
+        return False
+    was, now = differing(old, new)
+    before, after = (s.triangles[k] for s, k in ((old, was), (new, now)))
+    if _departure(old.vertices[before], new.vertices[after]) > away:
+        return False
+    # the normal of a sliver says nothing
+    before, after = (t[~_bad(s.vertices, t, limit)] for s, t in ((old, before), (new, after)))
+    if not len(before):
+        return False
+    place = nearest(new.vertices[after].mean(axis=1), old.vertices, before).simplex
+    a, b = triangle_normals(old.vertices, before)[place], triangle_normals(new.vertices, after)
+    cosine = (a * b).sum(axis=1) / (np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1))
+    return bool((cosine >= np.cos(np.radians(_LAST_TURN))).all())
 
 
 def propose(task: Task) -> list[Change | Refusal]:
@@ -253,21 +383,42 @@ def propose(task: Task) -> list[Change | Refusal]:
                 reason, advice = f"{name} has no triangles.", "Take it out of the model, or export it again."
                 made.append(Refusal("degenerate", (name,), reason, advice))
                 continue
-            held = shared_vertices(surface, faults.values())
-            new = without_slivers(surface, limit, held, task.max_move(name))
+            merged, new = _without(task, name, limit)
             left = bad_triangles(new, limit)
             count = len(bad) - len(left)
             if len(left):
                 made.append(_left(task, name, new, left, limit))
-            if count <= 0 or distances(new, [task.references[name]]).max(initial=0.0) > task.max_move(name):
+            if count <= 0:
                 continue
             reason = (
                 f"{plural(count, 'triangle')} of {name} without area, or with an angle below {limit:g} "
-                "degrees, merged into the triangles around by flips and collapses of edges."
+                "degrees, merged into the triangles around by flips and collapses of edges"
+                f"{'' if new is merged else ', or meshed anew together with them'}."
             )
             place = surface.vertices[surface.triangles[bad[0]]].mean(axis=0)
             made.append(Change({name: (new,)}, (Step("degenerate", (name,), count, place, reason),)))
     return made
+
+
+def _without(task: Task, name: str, limit: float) -> tuple[Surface, Surface]:
+    """Return a fault without slivers as far as edits go, and as far as meshing patches anew goes."""
+    surface, most = task.fault(name).surface, task.max_move(name)
+    others = [f.surface for f in task.model.faults if f.name != name]
+    held, lines = shared_vertices(surface, others), shared_edges(surface, others)
+    new = without_slivers(surface, limit, held, most, lines)
+
+    # what lies further off already is the planner's to judge
+    far = max(most, _furthest(task, name, new))
+
+    def fits(made: Surface) -> bool:
+        return _furthest(task, name, made) <= far
+
+    return new, with_patches_remeshed(new, limit, *followed(surface, new, held, lines), most, fits)
+
+
+def _furthest(task: Task, name: str, surface: Surface) -> float:
+    """Return how far a surface lies from the reference of a fault at most."""
+    return float(distances(surface, [task.references[name]]).max(initial=0.0))
 
 
 def _left(task: Task, name: str, surface: Surface, left: IntArray, limit: float) -> Refusal:
@@ -280,8 +431,8 @@ def _left(task: Task, name: str, surface: Surface, left: IntArray, limit: float)
         size = side_lengths(surface.vertices, surface.triangles[left]).max()
         reason = (
             f"{plural(len(left), 'triangle')} of {name} with angles from {angles.min():.2g} degrees stay: "
-            "any flip or collapse would move the rim or a line shared with another fault, turn a normal by "
-            f"more than {_LAST_TURN:g} degrees, or leave the surface by more than "
+            "any flip, collapse or new mesh around would move the rim or a line shared with another fault, "
+            f"turn a normal by more than {_LAST_TURN:g} degrees, or leave the surface by more than "
             f"{amount(_LAST_AWAY * size, task.unit)}."
         )
         advice = "Remesh the fault there."

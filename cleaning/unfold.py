@@ -11,7 +11,7 @@ import shapely
 from graben.arrays import BoolArray, FloatArray, IntArray, bools
 from graben.cleaning.joint import Joint, joint_move, sound_with
 from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
-from graben.cleaning.shaping.limits import distances
+from graben.cleaning.shaping.limits import reaches
 from graben.cleaning.shaping.shared import shared_vertices
 from graben.cleaning.shaping.slope_patches import Turned, around, patches, slivers, within
 from graben.cleaning.shaping.slope_program import Bounds, Smooth, hinges
@@ -171,7 +171,7 @@ def _lacking(task: Task, fault: _Fault, core: BoolArray) -> float | None:
     moved = _brought_back(task, fault, core, movable, flat=False, limit=np.inf)
     if moved is None:
         return None
-    return float(distances(moved, [task.references[name]]).max()) - task.max_move(name)
+    return float(reaches(moved, [task.references[name]]).max()) - task.max_move(name)
 
 
 def _brought_back(
@@ -269,7 +269,7 @@ def _vertical(task: Task, check: str, fault: _Fault, part: int) -> Refusal:
         found = within(surface, turned, way, bounds, movable, np.inf, surface)
         if found is not None:
             leaning = surface.with_vertices(surface.vertices + found[:, None] * way)
-            needed = float(distances(leaning, [surface]).max())
+            needed = float(reaches(leaning, [surface]).max())
     lean = (
         "no lean of it is a function of x and y"
         if needed is None

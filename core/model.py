@@ -102,10 +102,14 @@ class Horizon:
 
 @dataclass(frozen=True, eq=False)
 class Fault:
-    """A fault: its surface and, where one is set for it alone, its gamma (model units)."""
+    """A fault: its surface and, where they are set for it alone, its gamma and max_move (model units).
+
+    Repair sets max_move from the fault that was given: its median edge changes on the way.
+    """
 
     surface: Surface
     gamma: float | None = None
+    max_move: float | None = None
 
     @property
     def name(self) -> str:
@@ -189,6 +193,8 @@ class Model:
         As given in [repair]; else half the least step of the horizons, with no horizon half the median
         edge of the fault.
         """
+        if fault.max_move is not None:
+            return fault.max_move
         if self.repair.max_move is not None:
             return self.repair.max_move
         if self.horizons:

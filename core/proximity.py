@@ -23,6 +23,34 @@ class Nearest:
     place: FloatArray
 
 
+class Simplices:
+    """Edges or triangles that are asked again and again for the nearest of them to points.
+
+    Parameters
+    ----------
+    vertices : (v, 2) or (v, 3) array
+        Of two columns only x and y are asked for, model units.
+    simplices : (s, 2) or (s, 3) array
+        Vertex indices of edges or triangles, at least one.
+    """
+
+    def __init__(self, vertices: FloatArray, simplices: IntArray) -> None:
+        self._vertices = _in_space(vertices)
+        self._simplices = np.ascontiguousarray(simplices)
+        self._tree = igl.AABB()
+        self._tree.init(self._vertices, self._simplices)
+
+    def nearest(self, points: FloatArray) -> Nearest:
+        """Return the nearest of them to each point (n, 2) or (n, 3), as :func:`nearest` does."""
+        columns = points.shape[1]
+        if len(points) == 0:
+            return Nearest(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros((0, columns)))
+        squared, simplex, place = self._tree.squared_distance(
+            self._vertices, self._simplices, _in_space(points)
+        )
+        return Nearest(np.sqrt(squared), np.atleast_1d(simplex), np.atleast_2d(place)[:, :columns])
+
+
 def nearest(points: FloatArray, vertices: FloatArray, simplices: IntArray) -> Nearest:
     """Return the nearest edge or triangle to each point.
 
@@ -39,16 +67,33 @@ def nearest(points: FloatArray, vertices: FloatArray, simplices: IntArray) -> Ne
     >>> nearest(np.array([[3.0, 0.0]]), corners, np.array([[0, 1, 2]])).distance.tolist()
     [1.0]
     """
-    columns = points.shape[1]
     if len(points) == 0:
+        columns = points.shape[1]
         return Nearest(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros((0, columns)))
-    missing = ((0, 0), (0, 3 - columns))
-    squared, simplex, place = igl.point_mesh_squared_distance(
-        np.ascontiguousarray(np.pad(points, missing)),
-        np.ascontiguousarray(np.pad(vertices[:, :columns], missing)),
-        np.ascontiguousarray(simplices),
-    )
-    return Nearest(np.sqrt(squared), np.atleast_1d(simplex), np.atleast_2d(place)[:, :columns])
+    return Simplices(vertices[:, : points.shape[1]], simplices).nearest(points)
+
+
+def _in_space(points: FloatArray) -> FloatArray:
+    """Return points with three columns, in one block of memory."""
+    if points.shape[1] < 3:
+        points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
+    return np.ascontiguousarray(points)
+
+
+def boxes(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return the least and greatest corners of the bounding boxes of triangles, shapes (m, 3).
+
+    Parameters
+    ----------
+    vertices : (v, 3) array
+        Model units.
+    triangles : (m, 3) array
+        Vertex indices.
+    """
+    # corner by corner: several times as fast as min and max along an axis of three
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    low = np.minimum(np.minimum(a, b), c)
+    return low, np.maximum(np.maximum(a, b), c)
 
 
 def box_pairs(

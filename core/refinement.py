@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.complexes import Complex
-from graben.proximity import box_pairs
+from graben.proximity import box_pairs, boxes
 from graben.surface import Surface
 
 #: Intersections that one triangle may have; above it the library would drop the triangle silently.
@@ -69,23 +69,23 @@ def meeting_triangles(vertices: FloatArray, triangles: IntArray, owner: IntArray
     near = np.zeros(len(triangles), dtype=bool)
     if len(np.unique(owner)) < 2:
         return near
-    corners = vertices[triangles]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    ids = np.unique(owner)
-    bounds_low = np.array([low[owner == i].min(axis=0) for i in ids])
-    bounds_high = np.array([high[owner == i].max(axis=0) for i in ids])
-    for a in range(len(ids)):
-        for b in range(a + 1, len(ids)):
-            box_low = np.maximum(bounds_low[a], bounds_low[b])
-            box_high = np.minimum(bounds_high[a], bounds_high[b])
-            if (box_low > box_high).any():
-                continue
-            inside = (high >= box_low).all(axis=1) & (low <= box_high).all(axis=1)
-            first = np.flatnonzero(inside & (owner == ids[a]))
-            second = np.flatnonzero(inside & (owner == ids[b]))
-            pairs = box_pairs(low[first], high[first], low[second], high[second])
-            near[first[pairs[:, 0]]] = True
-            near[second[pairs[:, 1]]] = True
+    low, high = boxes(vertices, triangles)
+    rows = np.split(np.argsort(owner, kind="stable"), np.cumsum(np.bincount(owner))[:-1])
+    rows = [own for own in rows if len(own)]
+    lows, highs = [low[own] for own in rows], [high[own] for own in rows]
+    bounds_low = np.array([own.min(axis=0) for own in lows])
+    bounds_high = np.array([own.max(axis=0) for own in highs])
+    met = ((bounds_low[:, None] <= bounds_high) & (bounds_low <= bounds_high[:, None])).all(axis=2)
+    for a, b in np.argwhere(np.triu(met, 1)).tolist():
+        box_low = np.maximum(bounds_low[a], bounds_low[b])
+        box_high = np.minimum(bounds_high[a], bounds_high[b])
+        first, second = (
+            np.flatnonzero((highs[k] >= box_low).all(axis=1) & (lows[k] <= box_high).all(axis=1))
+            for k in (a, b)
+        )
+        pairs = box_pairs(lows[a][first], highs[a][first], lows[b][second], highs[b][second])
+        near[rows[a][first[pairs[:, 0]]]] = True
+        near[rows[b][second[pairs[:, 1]]]] = True
     return near
 
 

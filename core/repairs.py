@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -17,6 +17,7 @@ from graben.finding import CheckResult, Profile
 from graben.model import Model
 from graben.stages import Progress, Stages, peak_memory_mb, quiet
 from graben.validators.context import Evidence, Need
+from graben.validators.measuring.contacts import KnownContacts
 from graben.validators.runner import run_checks, shifted
 
 if TYPE_CHECKING:
@@ -132,19 +133,23 @@ def mended(model: Model, profile: Profile, progress: Progress) -> tuple[RepairRe
     begin = time.perf_counter()
     origin = model.local_origin()
 
-    def look(trial: Model, through: Need) -> tuple[CheckResult, Evidence, Stages, float]:
+    known = KnownContacts()
+
+    def look(
+        trial: Model, through: Need = Need.ANCHORS, warning: Container[str] | None = None
+    ) -> tuple[CheckResult, Evidence, Stages, float]:
         start = time.perf_counter()
         stages = Stages(progress)
-        result, evidence = run_checks(trial, profile, stages, through)
+        result, evidence = run_checks(trial, profile, stages, through, warning, known)
         return result, evidence, stages, time.perf_counter() - start - stages.seconds
 
     local = model.moved(-origin)
-    before, evidence, stages, checking = look(local, Need.ANCHORS)
-    done = repaired(local, lambda trial, through: look(trial, through)[:2], progress, (before, evidence))
+    before, evidence, stages, checking = look(local)
+    done = repaired(local, lambda *asked: look(*asked)[:2], progress, (before, evidence))
     after, whole = before, model
     if done.model is not local:
         whole = restored(done.model, model, origin)
-        after, evidence, stages, more = look(whole.moved(-origin), Need.ANCHORS)
+        after, evidence, stages, more = look(whole.moved(-origin))
         checking += more
     result = RepairResult(
         model,

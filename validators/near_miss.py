@@ -23,8 +23,8 @@ def _run(context: CheckContext) -> list[Defect]:
     faults = context.model.faults
     if network is None or len(faults) < 2:
         return []
-    limits = [context.tolerance("near-miss", context.model.max_extension(f)) for f in faults]
-    stretches = rim_stretches([f.surface for f in faults], network, limits, context.contact)
+    limits = tuple(context.tolerance("near-miss", context.model.max_extension(f)) for f in faults)
+    stretches = rim_stretches(network, tuple(f.surface for f in faults), limits, context.contact)
     settled = {frozenset(c.faults) for c in context.model.contacts if c.rule in ("accept", "forbid")}
     passing = _passing(context)
     pairs: dict[tuple[str, str], list[Stretch]] = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -21,12 +22,17 @@ from graben.validators.context import (
     Providers,
     Severity,
 )
-from graben.validators.measuring.contacts import contacts
+from graben.validators.measuring.contacts import Contact, KnownContacts, contacts
 from graben.validators.registry import CHECKS
 
 
 def run_checks(
-    model: Model, profile: Profile, providers: Providers, through: Need = Need.ANCHORS
+    model: Model,
+    profile: Profile,
+    providers: Providers,
+    through: Need = Need.ANCHORS,
+    warning: Container[str] | None = None,
+    known: KnownContacts | None = None,
 ) -> tuple[CheckResult, Evidence]:
     """Run every check that can run.
 
@@ -43,6 +49,11 @@ def run_checks(
         What computes the rest.
     through : Need
         The last stage to run; checks of later ones are left out of the result.
+    warning : container of str, optional
+        Of the checks that can only warn, the ids of those to run; the others are left out of the result.
+        By default all run.
+    known : KnownContacts, optional
+        What is known of pairs of surfaces from earlier runs; what this one finds is added.
 
     Returns
     -------
@@ -51,12 +62,13 @@ def run_checks(
     evidence : Evidence
         What was computed on the way, and what blocks modeling.
     """
+    checks = [c for c in CHECKS if warning is None or c.severity is not Severity.WARN or c.id in warning]
     names = tuple(h.name for h in model.horizons)
     context = CheckContext(model, frozenset(), Evidence(horizons=names))
     said: dict[str, list[Finding]] = {}
     for need in (n for n in Need if n <= through):
-        context = _supplied(context, providers, need)
-        for check in CHECKS:
+        context = _supplied(context, providers, need, known)
+        for check in checks:
             if (check.stage or check.need) is need:
                 said[check.id], blocking = _findings(check, context, profile)
                 evidence = context.evidence
@@ -66,7 +78,7 @@ def run_checks(
                     context = replace(context, sound=frozenset(s.name for s in model.surfaces) - unfit)
     order = {s.name: k for k, s in enumerate(model.surfaces)}
     findings: list[Finding] = []
-    for check in (c for c in CHECKS if (c.stage or c.need) <= through):
+    for check in (c for c in checks if (c.stage or c.need) <= through):
         own = sorted(said.get(check.id, ()), key=lambda f: [order[name] for name in f.objects])
         findings += own or [_empty(check, context)]
     return CheckResult(profile, tuple(findings), model.z_factor), context.evidence
@@ -77,7 +89,9 @@ def shifted(result: CheckResult, offset: FloatArray) -> CheckResult:
     return replace(result, findings=tuple(f.moved(offset) for f in result.findings))
 
 
-def _supplied(context: CheckContext, providers: Providers, need: Need) -> CheckContext:
+def _supplied(
+    context: CheckContext, providers: Providers, need: Need, known: KnownContacts | None
+) -> CheckContext:
     """Return the context with what ``need`` asks for, as far as nothing stands against it."""
     model, evidence = context.model, context.evidence
     errors = dict(evidence.errors)
@@ -88,7 +102,9 @@ def _supplied(context: CheckContext, providers: Providers, need: Need) -> CheckC
                 shape = providers.complex(model)
             except ModelingError as error:
                 errors[""] = str(error)
-        met = () if shape is None else contacts([f.surface for f in model.faults], shape, context.contact)
+        met: tuple[Contact, ...] = ()
+        if shape is not None:
+            met = contacts([f.surface for f in model.faults], shape, context.contact, known)
         evidence = replace(evidence, complex=shape, contacts=met, errors=MappingProxyType(errors))
         return replace(context, evidence=evidence)
     graphs: dict[str, CutGraph] = dict(evidence.graphs)

@@ -14,6 +14,7 @@ from graben.validators.measuring.measures import (
     centroids,
     components,
     plural,
+    remembered,
     smallest_angles,
     with_three_corners,
 )
@@ -54,6 +55,7 @@ class Critical:
     level: IntArray
 
 
+@remembered
 def critical_points(surface: Surface, level: float = LEVEL) -> Critical:
     """Return the stationary points inside a surface: level triangles and critical inner vertices.
 

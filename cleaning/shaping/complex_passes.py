@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from graben.arrays import BoolArray, FloatArray, IntArray
+from graben.arrays import BoolArray, FloatArray, IntArray, bools
 from graben.cleaning.shaping.complex_mesh import (
     CURVE,
     FIXED,
@@ -56,12 +56,18 @@ _RINGS = 3
 
 def around_bad(net: Net, goal: Goal) -> BoolArray:
     """Return which triangles lie so near to a bad one that a change of that may concern them, shape (m,)."""
-    near = net.fresh & (angles(net.vertices[net.triangles]).min(axis=1) < goal.angle)
+    near = bools(np.isin(np.arange(len(net.triangles)), _bad(net, goal)))
     for _ in range(_RINGS):
         vertex = np.zeros(len(net.vertices), dtype=np.bool_)
         vertex[net.triangles[near]] = True
-        near = vertex[net.triangles].any(axis=1)
-    return np.asarray(near, dtype=np.bool_)
+        near = bools(vertex[net.triangles].any(axis=1))
+    return near
+
+
+def _bad(net: Net, goal: Goal) -> IntArray:
+    """Return the fresh triangles with too small an angle."""
+    fresh = np.flatnonzero(net.fresh)
+    return np.asarray(fresh[angles(net.vertices[net.triangles[fresh]]).min(axis=1) < goal.angle])
 
 
 def collapsed(net: Net, goal: Goal) -> tuple[Net, int]:
@@ -102,7 +108,7 @@ def collapsed(net: Net, goal: Goal) -> tuple[Net, int]:
 def _candidates(tables: Tables, goal: Goal) -> tuple[IntArray, IntArray]:
     """Return the ways in which sides of bad triangles may be collapsed: the vertex that goes, and whereto."""
     net = tables.net
-    bad = np.flatnonzero(net.fresh & (angles(net.vertices[net.triangles]).min(axis=1) < goal.angle))
+    bad = _bad(net, goal)
     edge = np.unique(tables.sides[bad])
     pairs = np.concatenate([tables.edges[edge], tables.edges[edge][:, ::-1]])
     edge = np.concatenate([edge, edge])

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
 from graben.cleaning.shaping.complex_mesh import Net, put_together, taken
 from graben.cleaning.shaping.complex_passes import Goal, around_bad, collapsed, flipped, renumbered, snapped
-from graben.proximity import box_pairs
+from graben.proximity import box_pairs, boxes
 from graben.refinement import refined
 from graben.surface import Surface, edge_table, triangle_normals
 from graben.validators.measuring.measures import components
@@ -69,8 +69,7 @@ def divided(net: Net, anew: bool = False) -> tuple[Net, int]:
 
 def _crossing(net: Net) -> BoolArray:
     """Return which triangles may cross a fresh one of another surface, or are one, shape (m,)."""
-    corners = net.vertices[net.triangles]
-    low, high = corners.min(axis=1), corners.max(axis=1)
+    low, high = boxes(net.vertices, net.triangles)
     fresh = np.flatnonzero(net.fresh)
     pairs = box_pairs(low[fresh], high[fresh], low, high)
     near = net.fresh.copy()

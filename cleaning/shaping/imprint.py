@@ -11,7 +11,7 @@ from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.cleaning.shaping.complex_mesh import FREE, Net, Tables, expanded, put_together, taken
 from graben.cleaning.shaping.shared import among
 from graben.cleaning.shaping.subdivision import Inserts, subdivided
-from graben.proximity import box_pairs, nearest
+from graben.proximity import box_pairs, boxes, nearest
 from graben.validators.measuring.measures import components
 
 #: Share of a rim's edge by which the other fault may bulge between two of its vertices that lie on it.
@@ -93,8 +93,7 @@ def imprinted(
 
 def _near(net: Net, own: int, other: int, reach: float) -> BoolArray:
     """Return which triangles lie where the boxes of two surfaces meet, or nearly do, shape (m,)."""
-    corners = net.vertices[net.triangles]
-    low, high = corners.min(axis=1), corners.max(axis=1)
+    low, high = boxes(net.vertices, net.triangles)
     mine, others = net.owner == own, net.owner == other
     if not mine.any() or not others.any():
         return np.asarray(mine & others, dtype=np.bool_)

@@ -10,7 +10,7 @@ import numpy as np
 from graben.arrays import BoolArray, FloatArray, bools, floats, ints
 from graben.cleaning.shaping.shared import among
 from graben.proximity import nearest
-from graben.surface import Surface
+from graben.surface import Surface, edge_table
 from graben.validators.finite import usable
 
 #: Share of a limit by which it may be passed: rounding of distances computed from coordinates far from 0.
@@ -32,6 +32,26 @@ def distances(surface: Surface, references: Sequence[Surface]) -> FloatArray:
     kept = among(surface.vertices[used], points)
     asked = used[~kept]
     away[asked] = nearest(surface.vertices[asked], points, np.arange(len(points)).reshape(-1, 3)).distance
+    return floats(away)
+
+
+def reaches(surface: Surface, references: Sequence[Surface]) -> FloatArray:
+    """Return how far a surface lies off at and beside each vertex, shape (n,), model units.
+
+    That is the distance of the vertex, or of the middle of a side of a triangle there where that lies further
+    off: other repairs put new vertices on the sides.
+    """
+    away = np.array(distances(surface, references))
+    edges = edge_table(surface.triangles[_sound(surface)])[0]
+    edges = edges[(away[edges] > 0).any(axis=1)]
+    middles = len(away) + np.arange(len(edges))
+    points = np.concatenate([surface.vertices, surface.vertices[edges].mean(axis=1)])
+    halves = replace(
+        surface, vertices=floats(points), triangles=ints(np.column_stack([edges, middles])), lines=ints([])
+    )
+    between = distances(halves, references)[middles]
+    for end in (0, 1):
+        np.maximum.at(away, edges[:, end], between)
     return floats(away)
 
 

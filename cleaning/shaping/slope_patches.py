@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats, ints
-from graben.cleaning.shaping.limits import distances
+from graben.cleaning.shaping.limits import reaches
 from graben.cleaning.shaping.pushing import rings
 from graben.cleaning.shaping.slope_program import Bounds, Smooth, moves
 from graben.surface import Surface, triangle_normals
@@ -123,7 +123,8 @@ def within(
     movable : (n,) array
         The vertices that may move.
     limit : float
-        How far a vertex may lie from ``reference``, model units; infinity for no limit.
+        How far a vertex or the middle of a side may lie from ``reference``, model units; infinity for no
+        limit.
     reference : Surface
         What the limit is measured from.
     smooth : Smooth, optional
@@ -135,7 +136,7 @@ def within(
         found = moves(surface.vertices, turned.triangles, way, bounds, weights, reach, smooth)
         if found is None:
             return None
-        away = distances(surface.with_vertices(surface.vertices + found[:, None] * way), [reference])
+        away = reaches(surface.with_vertices(surface.vertices + found[:, None] * way), [reference])
         far = (away > limit) & (found != 0)
         if not far.any():
             return found

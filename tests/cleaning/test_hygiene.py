@@ -110,8 +110,8 @@ DAMAGES: tuple[Damage, ...] = (
 )
 
 
-def gate(model, need):
-    return run_checks(model, Profile.EXTENDED, Stages(quiet), need)
+def gate(model, need, warning):
+    return run_checks(model, Profile.EXTENDED, Stages(quiet), need, warning)
 
 
 def mended(monkeypatch, surface):

@@ -25,7 +25,7 @@ from tests.zoo import min_dip, z_monotone
 from tests.zoo.shapes import F60, STEP, dipping, faults, sheet
 
 Z = {c.name: c for c in z_monotone.FAILING}
-REPAIRED = ("summit", "pit", "saddle", "level crest", "level patch")
+REPAIRED = ("summit", "pit", "level crest", "level patch")
 FLAT = {c.name: c for c in min_dip.FAILING}
 
 

@@ -10,8 +10,10 @@ import pytest
 from graben.arrays import ints
 from graben.cleaning.shaping.fans import trouble
 from graben.cleaning.shaping.limits import distances
-from graben.cleaning.slivers import MOST_TURN, REPAIR, bad_triangles, without_slivers
-from graben.surface import Surface, strong_components, triangle_normals
+from graben.cleaning.shaping.remeshing import differing, followed, shared_edges
+from graben.cleaning.shaping.shared import shared_vertices
+from graben.cleaning.slivers import MOST_TURN, REPAIR, bad_triangles, with_patches_remeshed, without_slivers
+from graben.surface import Surface, edge_table, strong_components, triangle_normals
 from graben.validators.degenerate import ANGLE_LIMIT
 from tests.cleaning.cracked import area, outline, rim_length
 from tests.cleaning.tasks import applied, found, proposed
@@ -216,3 +218,98 @@ def test_a_sliver_along_the_rim_goes_where_its_third_corner_is_held():
     assert np.array_equal(made.vertices, surface.vertices)
     assert without_slivers(surface, held=held, away=0.001) is surface
     assert without_slivers(made, held=held) is made
+
+
+def crossing(short: float = 0.4) -> tuple[Surface, Surface]:
+    """Two faults that meet along a line of which both have one edge much shorter than all others."""
+    main = sheet(8, 6, lambda i, j: (STEP * i, 6 * np.sin(0.5 * i) * (i != 4) + 25 * j, -44 * j))
+    cross = sheet(6, 6, lambda i, j: (4 * STEP + 20 * i, 25 * j + 45 * i, 5 * i - 44 * j), "G")
+    return split_edge(main, 4 * STEP, short), split_edge(cross, 4 * STEP, short)
+
+
+def split_edge(surface: Surface, x: float, short: float) -> Surface:
+    """The third edge of the line at an x split at a little distance from its start."""
+    line = np.flatnonzero(surface.vertices[:, 0] == x)
+    line = line[np.argsort(-surface.vertices[line, 2])]
+    a, b = line[2], line[3]
+    way = surface.vertices[b] - surface.vertices[a]
+    new = surface.vertices[a] + short / np.linalg.norm(way) * way
+    triangles, n = [], len(surface.vertices)
+    for t in surface.triangles.tolist():
+        if {a, b} <= set(t):
+            triangles += [[n if v == b else v for v in t], [n if v == a else v for v in t]]
+        else:
+            triangles.append(t)
+    return replace(surface, vertices=np.vstack([surface.vertices, new]), triangles=ints(triangles))
+
+
+def test_needles_at_a_short_edge_that_two_faults_share_go_where_the_patch_is_meshed_anew():
+    main, cross = crossing()
+    held, lines = shared_vertices(main, [cross]), shared_edges(main, [cross])
+    edited = without_slivers(main, held=held, lines=lines)
+    assert len(bad_triangles(edited, ANGLE_LIMIT)) > 0
+    task, changes, refusals = proposed(faults(main, cross), REPAIR)
+    assert refusals == []
+    assert "meshed anew" in changes[0].steps[0].reason
+    model = task.model
+    for change in changes:
+        model = applied(model, change)
+    assert not found(model, "degenerate", REPAIR)
+    made = {f.name: f.surface for f in model.faults}
+    for name, old in task.references.items():
+        new = made[name]
+        assert trouble(new.triangles) == (0, 0)
+        assert np.array_equal(outline(new), outline(old))
+        assert max(distances(new, [old]).max(), distances(old, [new]).max()) < 0.04 * STEP
+        was, now = differing(old, new)
+        assert len(was) < 0.25 * len(old.triangles)
+        assert len(now) < 4 * len(was)
+    assert len(shared_edges(made["F"], [made["G"]])) == len(lines) == 7
+
+
+def test_meshing_anew_stops_at_its_limits():
+    main, cross = crossing()
+    held, lines = shared_vertices(main, [cross]), shared_edges(main, [cross])
+    assert with_patches_remeshed(main, ANGLE_LIMIT, held, lines, -1.0) is main
+    assert with_patches_remeshed(main, ANGLE_LIMIT, held, lines, STEP, lambda made: False) is main
+    made = with_patches_remeshed(main, ANGLE_LIMIT, held, lines, STEP)
+    assert not len(bad_triangles(made, ANGLE_LIMIT))
+    stay, edges = followed(main, made, held, lines)
+    assert with_patches_remeshed(made, ANGLE_LIMIT, stay, edges, STEP) is made
+
+
+def test_an_edge_between_vertices_of_a_line_is_flipped_where_it_is_none_of_the_line():
+    # the line runs through the middle vertex, the long edge passes by it
+    points = [[0, 0, 0], [9, 0, 0], [4, 0.01, 0], [4, 5, 0], [4, -5, 0]]
+    surface = Surface("F", points, [[0, 1, 2], [1, 3, 2], [3, 0, 2], [1, 0, 4]])
+    held = np.array([True, True, True, False, False])
+    assert without_slivers(surface, held=held) is surface
+    made = without_slivers(surface, held=held, lines=ints([[0, 2], [1, 2]]))
+    assert not len(bad_triangles(made, ANGLE_LIMIT))
+    assert [0, 2] in edge_table(made.triangles)[0].tolist()
+    assert [0, 1] not in edge_table(made.triangles)[0].tolist()
+
+
+def test_an_ear_of_the_rim_goes_where_it_is_no_higher_than_a_sliver():
+    # the flip would make a needle of its short side
+    points = [[0, 0, 0], [9, 0, 0], [0.04, 0.01, 0], [1, -5, 0]]
+    surface = Surface("F", points, [[0, 1, 2], [1, 0, 3]])
+    made = without_slivers(surface)
+    assert made.vertices.tolist() == [points[k] for k in (0, 1, 3)]
+    assert area(made) == pytest.approx(area(surface), rel=2e-3)
+    assert without_slivers(surface, held=np.array([False, False, True, False])) is surface
+    assert without_slivers(surface, away=0.005) is surface
+
+
+def test_a_sliver_between_two_lines_of_other_faults_is_left():
+    # the two lines leave one vertex at a fifth of a degree
+    fan = np.radians([-60, 0, 0.2, 60])
+    points = np.concatenate([[[0, 0, 0]], np.c_[50 * np.cos(fan), 50 * np.sin(fan), 0 * fan]])
+    main = Surface("F", points, [[0, 1, 2], [0, 2, 3], [0, 3, 4]])
+    others = [
+        Surface(name, [points[0], points[k], [20, 0, -50]], [[0, 1, 2]]) for name, k in (("G", 2), ("H", 3))
+    ]
+    _, changes, refusals = proposed(faults(main, *others), REPAIR)
+    assert changes == []
+    assert [r.objects for r in refusals] == [("F",)]
+    assert "a line shared with another fault" in refusals[0].reason

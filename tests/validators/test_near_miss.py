@@ -44,7 +44,8 @@ def within(*surfaces: Surface, limit: float = LIMIT, **keys):
 
 
 def stretches(*surfaces: Surface, limit: float = LIMIT, contact: float = 1e-3, horizons=()):
-    return rim_stretches(surfaces, refined(surfaces), [limit] * len(surfaces), contact, horizons)
+    limits = (limit,) * len(surfaces)
+    return rim_stretches(refined(surfaces), tuple(surfaces), limits, contact, tuple(horizons))
 
 
 def named(surface: Surface, name: str) -> Surface:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import cached_property, wraps
-from typing import TypeVar
+from typing import Concatenate, ParamSpec, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -13,6 +13,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
+from graben.complexes import Complex
 from graben.finding import Part
 from graben.surface import Surface, edge_sharing, edge_table, triangle_normals
 
@@ -26,21 +27,29 @@ MOST_PARTS = 50
 #: Angle below which two angles are equal, degrees: above what rounding makes of coordinates of 500 km.
 ANGLE_ROUNDING = 1e-6
 
+Subject = TypeVar("Subject", Surface, Complex)
+Settings = ParamSpec("Settings")
 Value = TypeVar("Value")
 
 
-def remembered(function: Callable[[Surface], Value]) -> Callable[[Surface], Value]:
-    """Return a function of a surface that keeps each result as long as the surface lives.
+def remembered(
+    function: Callable[Concatenate[Subject, Settings], Value],
+) -> Callable[Concatenate[Subject, Settings], Value]:
+    """Return a function of a surface, or a complex, that keeps each result as long as that lives.
 
-    Surfaces are immutable and told apart by identity, so several checks share what one has computed.
+    They are immutable and told apart by identity, so several checks share what one has computed. What else
+    the function is given must be hashable.
     """
-    known: WeakKeyDictionary[Surface, Value] = WeakKeyDictionary()
+    known: WeakKeyDictionary[Subject, dict[Hashable, Value]] = WeakKeyDictionary()
 
     @wraps(function)
-    def recalled(surface: Surface) -> Value:
-        if surface not in known:
-            known[surface] = function(surface)
-        return known[surface]
+    def recalled(subject: Subject, /, *args: Settings.args, **kwargs: Settings.kwargs) -> Value:
+        """Return what is known, else the function's value."""
+        own = known.setdefault(subject, {})
+        key = args, *sorted(kwargs.items())
+        if key not in own:
+            own[key] = function(subject, *args, **kwargs)
+        return own[key]
 
     return recalled
 

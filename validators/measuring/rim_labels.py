@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from graben.arrays import FloatArray, IntArray, floats, ints
-from graben.proximity import Nearest, nearest
+from graben.proximity import Nearest, Simplices, nearest
 from graben.surface import Surface
 from graben.validators.measuring.branch_lines import BranchLines, OnBranch
 from graben.validators.measuring.hits import TriangleTree
@@ -70,6 +70,8 @@ class Scene:
         Where they meet.
     tree : TriangleTree
         Their triangles.
+    nearby : sequence of Simplices
+        The triangles of each.
     contact : float
         Distance at which two surfaces touch, model units.
     """
@@ -78,6 +80,7 @@ class Scene:
     lines: Sequence[RimLine]
     branches: BranchLines
     tree: TriangleTree
+    nearby: Sequence[Simplices]
     contact: float
 
     def labelled(self, pieces: RimPieces, own: int, limit: float) -> Labels:
@@ -90,7 +93,7 @@ class Scene:
         size = np.full(len(points), np.inf)
         hits = self.tree.first(points, limit * pieces.outward, own)
         for b, rows in self._beside(pieces, own, limit):
-            near = nearest(points[rows], self.faults[b].vertices, self.faults[b].triangles)
+            near = self.nearby[b].nearest(points[rows])
             branch = self.branches.nearest(points[rows], own, b)
             way = np.full(len(rows), np.inf)
             way[hits.owner[rows] == b] = limit * hits.distance[rows][hits.owner[rows] == b]
@@ -113,8 +116,7 @@ class Scene:
         that a crossing decides nothing.
         """
         ends = pieces.ends[rows].reshape(-1, 3)
-        other = self.faults[b]
-        touching = nearest(ends, other.vertices, other.triangles).distance <= self.contact
+        touching = self.nearby[b].nearest(ends).distance <= self.contact
         if not touching.any():
             return branch.distance
         away = cKDTree(ends[touching]).query(pieces.middles[rows])[0]

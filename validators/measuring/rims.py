@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.complexes import Complex
-from graben.proximity import nearest
+from graben.proximity import Simplices
 from graben.surface import Surface
 from graben.validators.measuring.branch_lines import BranchLines
 from graben.validators.measuring.hits import TriangleTree
+from graben.validators.measuring.measures import remembered
 from graben.validators.measuring.rim_labels import LABELS, Labels, RimLabel, Scene, with_tips
 from graben.validators.measuring.rim_lines import RimPieces, rim_line, rim_pieces
 
@@ -66,12 +67,13 @@ class Stretch:
         return self.greatest if self.label is RimLabel.STUB else self.least
 
 
+@remembered
 def rim_stretches(
-    faults: Sequence[Surface],
     network: Complex,
-    limits: Sequence[float],
+    faults: tuple[Surface, ...],
+    limits: tuple[float, ...],
     contact: float,
-    horizons: Sequence[Surface] = (),
+    horizons: tuple[Surface, ...] = (),
 ) -> tuple[Stretch, ...]:
     """Return the rims of faults, stretch by stretch.
 
@@ -82,15 +84,15 @@ def rim_stretches(
 
     Parameters
     ----------
-    faults : sequence of Surface
-        What the complex was made from.
     network : Complex
-        Their common refinement.
-    limits : sequence of float
+        The common refinement of the faults.
+    faults : tuple of Surface
+        What it was made from.
+    limits : tuple of float
         Widest gap and longest stub of each fault, model units.
     contact : float
         Distance at which two surfaces touch, model units.
-    horizons : sequence of Surface
+    horizons : tuple of Surface
         Where given, tips are told apart from free stretches.
 
     Returns
@@ -101,8 +103,9 @@ def rim_stretches(
     """
     tree = TriangleTree(faults)
     crossed = TriangleTree(horizons) if horizons else None
+    nearby = [Simplices(s.vertices, s.triangles) for s in faults]
     lines = [rim_line(s, network, k) for k, s in enumerate(faults)]
-    scene = Scene(faults, lines, BranchLines(network, contact), tree, contact)
+    scene = Scene(faults, lines, BranchLines(network, contact), tree, nearby, contact)
     found: list[Stretch] = []
     for own, (surface, limit, line) in enumerate(zip(faults, limits, lines, strict=True)):
         if not len(line.ends):
@@ -114,7 +117,7 @@ def rim_stretches(
         labels = _without_teeth(pieces, scene.labelled(pieces, own, reach))
         if crossed is not None:
             labels = with_tips(labels, pieces, crossed)
-        runs = (_stretch(pieces, labels, faults, contact, own, run) for run in _runs(pieces, labels))
+        runs = (_stretch(pieces, labels, scene, own, run) for run in _runs(pieces, labels))
         found += [s for s in runs if s.length > contact]
     return tuple(found)
 
@@ -142,22 +145,20 @@ def _without_teeth(pieces: RimPieces, labels: Labels) -> Labels:
     return Labels(ints(label), ints(other), labels.size)
 
 
-def _stretch(
-    pieces: RimPieces, labels: Labels, faults: Sequence[Surface], contact: float, own: int, run: IntArray
-) -> Stretch:
+def _stretch(pieces: RimPieces, labels: Labels, scene: Scene, own: int, run: IntArray) -> Stretch:
     """Return one stretch of a rim, made of the pieces ``run`` in their order."""
     label, other = LABELS[int(labels.label[run[0]])], int(labels.other[run[0]])
     size = labels.size[run] if label in (RimLabel.GAP, RimLabel.STUB) else np.zeros(len(run))
     worst = size.min() if label is RimLabel.GAP else size.max()
     place = _middle(pieces, run[np.abs(size - worst) <= _ALIKE * worst], run)
     if label is RimLabel.GAP:
-        widths, narrowest = _at_ends(pieces, run, size, faults[other], contact)
+        widths, narrowest = _at_ends(pieces, run, size, scene.nearby[other], scene.contact)
         if widths.min() < _CLOSES * worst:
             size, place = floats(np.append(size, widths.min())), narrowest
     return Stretch(
-        faults[own].name,
+        scene.faults[own].name,
         label,
-        faults[other].name if other >= 0 else "",
+        scene.faults[other].name if other >= 0 else "",
         float(size.min()),
         float(size.max()),
         float(pieces.lengths[run].sum()),
@@ -168,7 +169,7 @@ def _stretch(
 
 
 def _at_ends(
-    pieces: RimPieces, run: IntArray, size: FloatArray, other: Surface, contact: float
+    pieces: RimPieces, run: IntArray, size: FloatArray, other: Simplices, contact: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return the widths of a gap at the ends of the pieces, and the place of the least, (3,).
 
@@ -176,7 +177,7 @@ def _at_ends(
     Where the rim touches the other there is no gap: the width is infinite.
     """
     ends = pieces.ends[run].reshape(-1, 3)
-    middle, at = (nearest(p, other.vertices, other.triangles).distance for p in (pieces.middles[run], ends))
+    middle, at = (other.nearest(p).distance for p in (pieces.middles[run], ends))
     ratio = size / np.maximum(middle, np.finfo(float).tiny)
     widths = np.where(at > contact, at * np.repeat(ratio, 2), np.inf)
     return floats(widths), floats(ends[np.argmin(widths)])
