@@ -14,9 +14,13 @@ import numpy as np
 from graben.arrays import FloatArray, floats
 from graben.cleaning.repairing import Change, Refusal, Repair, Task
 from graben.cutgraph import CutGraph
+from graben.finding import Finding
 from graben.validators.acyclic import Cycle, cycles
 from graben.validators.context import Need
-from graben.validators.measuring.measures import amount
+from graben.validators.measuring.measures import amount, plural
+
+#: Cycles of a horizon that a note tells one by one.
+MOST_TOLD = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,42 +82,48 @@ def _beyond(graph: CutGraph, around: dict[int, list[int]], corner: int, own: set
 
 
 def _propose(task: Task) -> Sequence[Change | Refusal]:
-    """Return, for each cycle of the horizons concerned, the shortest cut that would open it."""
-    names = [f.name for f in task.model.faults]
+    """Return, for each horizon concerned, the shortest cuts that would open its cycles."""
     made: list[Change | Refusal] = []
     for finding in task.findings:
         graph = task.evidence.graphs.get(finding.objects[0])
         if graph is not None:
-            made += [_said(task, finding.objects[0], graph, cycle, names) for cycle in cycles(graph)]
+            made.append(_said(task, finding, graph))
     return made
 
 
-def _said(task: Task, horizon: str, graph: CutGraph, cycle: Cycle, names: Sequence[str]) -> Refusal:
-    """Return what it would take to open one cycle."""
-    unit = task.unit
-    closed = ", ".join(dict.fromkeys(names[k] for k in cycle.faults))
-    objects = (horizon, *dict.fromkeys(names[k] for k in cycle.faults))
-    places = openings(graph, cycle)
-    if not places:
-        return Refusal(
-            "acyclic",
-            objects,
-            f"The cycle of {closed} on {horizon} has no corner beyond which a fault could be cut off.",
-            "Leave a gap in the fault, or reduce gamma there.",
-            floats(graph.nodes[cycle.nodes[0]]),
-        )
-    best = places[0]
-    fault, limit = names[best.fault], task.max_extension(names[best.fault])
-    than = "within" if best.length <= limit else "more than"
+def _said(task: Task, finding: Finding, graph: CutGraph) -> Refusal:
+    """Return what it would take to open the cycles of a horizon, and where the shortest cut would be."""
+    around = cycles(graph)
+    cheapest = [next(iter(openings(graph, cycle)), None) for cycle in around]
+    reasons = [_reason(task, cycle, best) for cycle, best in zip(around, cheapest, strict=True)]
+    more = len(reasons) - MOST_TOLD
+    told = " ".join(reasons[:MOST_TOLD]) + (f" And {plural(more, 'cycle')} more." if more > 0 else "")
+    best = min((o for o in cheapest if o is not None), key=lambda o: o.length, default=None)
+    if best is None:
+        return Refusal(finding.check, finding.objects, told, finding.remedy)
+    name = task.model.faults[best.fault].name
     return Refusal(
-        "acyclic",
-        objects,
-        f"The cycle of {closed} on {horizon} would open with the shortest cut at {fault}: "
-        f"{amount(best.length, unit)} of its trace, {than} max_extension = {amount(limit, unit)}.",
-        f"Decide whether {fault} ends before that place, and cut it back there; or reduce gamma.",
+        finding.check,
+        finding.objects,
+        told,
+        f"Decide whether {name} ends before that place, and cut it back so far. {finding.remedy}",
         best.place,
         best.length,
-        unit,
+        task.unit,
+    )
+
+
+def _reason(task: Task, cycle: Cycle, best: Opening | None) -> str:
+    """Return a sentence: which faults close a cycle, and where the shortest cut would open it."""
+    names = [f.name for f in task.model.faults]
+    closed = ", ".join(dict.fromkeys(names[k] for k in cycle.faults))
+    if best is None:
+        return f"The cycle of {closed} has no corner beyond which a fault could be cut off."
+    fault = names[best.fault]
+    return (
+        f"The cycle of {closed} costs least to open at {fault}: {amount(best.length, task.unit)} of its "
+        f"trace lie beyond that corner, and a gap has to follow that is wider than max_extension = "
+        f"{amount(task.max_extension(fault), task.unit)}, or it would be closed again."
     )
 
 

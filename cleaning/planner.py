@@ -352,9 +352,10 @@ class _Work:
 
 
 def _asks(repair: Repair, finding: Finding, model: Model) -> bool:
-    """Return whether a finding asks for a repair: of its checks, wanted, and of a fault."""
+    """Return whether a finding asks for a repair: of its checks, wanted, and of a fault or a cut graph."""
     wanted = finding.check in repair.checks and repair.answers(finding, model)
-    return wanted and bool({f.name for f in model.faults}.intersection(finding.objects))
+    of_faults = bool({f.name for f in model.faults}.intersection(finding.objects))
+    return wanted and (of_faults or repair.need >= Need.GRAPH)
 
 
 def _note_of(repair: Repair, refusal: Refusal) -> tuple[str, str, tuple[str, ...]]:

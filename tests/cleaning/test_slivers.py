@@ -12,7 +12,9 @@ from graben.cleaning.shaping.fans import trouble
 from graben.cleaning.shaping.limits import distances
 from graben.cleaning.shaping.remeshing import differing, followed, shared_edges
 from graben.cleaning.shaping.shared import shared_vertices
-from graben.cleaning.slivers import MOST_TURN, REPAIR, bad_triangles, with_patches_remeshed, without_slivers
+from graben.cleaning.shaping.sliver_edits import MOST_TURN, bad_triangles, without_slivers
+from graben.cleaning.shaping.sliver_patches import with_patches_remeshed
+from graben.cleaning.slivers import REPAIR
 from graben.surface import Surface, edge_table, strong_components, triangle_normals
 from graben.validators.degenerate import ANGLE_LIMIT
 from tests.cleaning.cracked import area, outline, rim_length

@@ -1,20 +1,17 @@
-"""Trace ends that lie nowhere, and cycles: what is extended, and what is left with which number."""
+"""Trace ends that lie nowhere: what is extended, and what is left with which number."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from graben.cleaning import cycles, trace_ends
+from graben.cleaning import trace_ends
 from graben.cleaning.repairing import Change
-from graben.cutgraph import NodeKind
-from graben.validators.acyclic import cycles as around
 from graben.validators.measuring.trace_measures import Goal, LooseEnd
 from tests.cleaning.tasks import applied, proposed, task_of
-from tests.zoo import acyclic, trace
+from tests.zoo import trace
 
 LOOSE = [c for c in trace.FAILING if "hole" in c.name]
-ANCHORLESS = [c for c in acyclic.FAILING if c.extended == "fail"]
 
 
 @pytest.mark.parametrize("case", LOOSE, ids=lambda c: c.name)
@@ -29,33 +26,6 @@ def test_an_end_at_a_hole_is_no_matter_of_the_fault(case) -> None:
 @pytest.mark.parametrize("case", trace.PASSING, ids=lambda c: c.name)
 def test_legal_ends_ask_for_nothing(case) -> None:
     assert not task_of(case.model, trace_ends.REPAIR).findings
-
-
-@pytest.mark.parametrize("case", ANCHORLESS, ids=lambda c: c.name)
-def test_a_cycle_is_reported_with_its_shortest_cut(case) -> None:
-    task, changes, refusals = proposed(case.model, cycles.REPAIR)
-    assert not changes
-    assert len(refusals) == sum(len(around(g)) for g in task.evidence.graphs.values())
-    assert all(r.check == "acyclic" and r.place is not None for r in refusals)
-
-
-def test_the_shortest_cut_is_that_of_the_shortest_end() -> None:
-    case = next(c for c in ANCHORLESS if c.name == "small triangle")
-    task, _, (refusal,) = proposed(case.model, cycles.REPAIR)
-    graph = task.evidence.graphs["H"]
-    (cycle,) = around(graph)
-    found = cycles.openings(graph, cycle)
-    assert len(found) == 6
-    assert refusal.needed == found[0].length
-    tips = graph.nodes[graph.kinds == NodeKind.TIP]
-    straight = np.linalg.norm(tips[:, None, :2] - np.array([o.place[:2] for o in found]), axis=2)
-    assert found[0].length >= straight.min() - 1e-6
-    assert [o.length for o in found] == sorted(o.length for o in found)
-
-
-@pytest.mark.parametrize("case", acyclic.PASSING, ids=lambda c: c.name)
-def test_no_cycle_asks_for_nothing(case) -> None:
-    assert not task_of(case.model, cycles.REPAIR).findings
 
 
 def test_a_fault_goes_on_past_the_place_that_its_trace_lacks() -> None:
