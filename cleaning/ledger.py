@@ -177,6 +177,14 @@ def _completed(note: Left, finding: Finding) -> Left:
     return replace(note, place=place, advice=note.advice or finding.remedy)
 
 
+def place_of(point: FloatArray | None) -> tuple[float, float, float] | None:
+    """Return a point (3,) as the ledger has it."""
+    if point is None:
+        return None
+    x, y, z = (float(c) for c in point)
+    return x, y, z
+
+
 def _moved(place: tuple[float, float, float] | None, offset: FloatArray) -> tuple[float, float, float] | None:
     if place is None:
         return None

@@ -13,8 +13,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from graben.arrays import FloatArray
-from graben.cleaning.ledger import Left, RepairAction, measured
+from graben.cleaning.ledger import Left, RepairAction, measured, place_of
+from graben.cleaning.notes import Notes
 from graben.cleaning.registry import REPAIRS
 from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
 from graben.cleaning.shaping.limits import ROUNDING, distances, joined
@@ -88,7 +88,7 @@ def repaired(model: Model, gate: Gate, progress: Progress, found: tuple[CheckRes
     return Repaired(
         model if work.model is held else work.model,
         tuple(work.actions),
-        tuple(work.left.values()),
+        work.notes.all(),
         MappingProxyType(dict(work.lineage)),
     )
 
@@ -99,7 +99,7 @@ class _Work:
     def __init__(self, model: Model, gate: Gate, found: tuple[CheckResult, Evidence]) -> None:
         self.model = model
         self.actions: list[RepairAction] = []
-        self.left: dict[tuple[str, str, tuple[str, ...]], Left] = {}
+        self.notes = Notes()
         self.lineage = {f.name: f.name for f in model.faults}
         self._references = {f.name: f.surface for f in model.faults}
         self._gate = gate
@@ -120,14 +120,14 @@ class _Work:
                 break
             progress("repair", f"{repair.id}, {len(findings)} findings")
             vetoed = self._vetoed(repair)
-            self._forget(repair, findings, vetoed)
+            self.notes.forget(repair, (f for f in findings if self._faults_of(f) not in vetoed))
             looked.update(map(_key, findings))
             proposed = repair.propose(
                 Task(self.model, findings, evidence, MappingProxyType(dict(self._references)), vetoed)
             )
             for refusal in proposed:
                 if isinstance(refusal, Refusal):
-                    self._leave(repair, refusal)
+                    self.notes.leave(repair, refusal)
             changes = _disjoint([c for c in proposed if isinstance(c, Change)], vetoed)
             undone = self._judged(repair, changes, findings, result)
             if not undone:
@@ -196,7 +196,7 @@ class _Work:
                     reason = (
                         f"{repair.id} would move {old} by {away[far]:.3g}, more than max_move = {limit:.3g}."
                     )
-                    self._leave_all(
+                    self.notes.leave_all(
                         repair,
                         change,
                         findings,
@@ -255,7 +255,7 @@ class _Work:
         what = f"{repair.id} was tried" + (f" on {together} faults that meet" if together > 2 else "")
         step = change.steps[0]
         reason = f"{what}, and undone, since it did not help.{said}"
-        self._leave_all(repair, change, findings, Refusal(step.check, step.objects, reason))
+        self.notes.leave_all(repair, change, findings, Refusal(step.check, step.objects, reason))
 
     def _give_up(
         self, repair: Repair, change: Change, guilty: Collection[str], findings: Iterable[Finding]
@@ -263,7 +263,7 @@ class _Work:
         """Keep a repair off pairs of faults with some that were worse for it, or off all that it changed."""
         faults = {f.name: f.surface for f in self.model.faults}
         whole = frozenset(change.surfaces)
-        pairs = {frozenset(faults.keys() & set(f.objects)) for f in findings}
+        pairs = {self._faults_of(f) for f in findings}
         pairs = {p for p in pairs if len(p) > 1 and p < whole and p.intersection(guilty)}
         for group in pairs or {whole}:
             self._vain[repair.id, group] = tuple(faults[name] for name in sorted(group))
@@ -288,7 +288,7 @@ class _Work:
                         step.objects,
                         step.count,
                         most,
-                        _place(step.place),
+                        place_of(step.place),
                         step.reason,
                         step.size,
                         step.unit,
@@ -311,41 +311,8 @@ class _Work:
                     self.lineage[surface.name] = origin
         self.model = trial
 
-    def _forget(self, repair: Repair, findings: Iterable[Finding], vetoed: frozenset[frozenset[str]]) -> None:
-        """Drop the notes on findings that a repair looks at anew: not on what it must leave alone now."""
-        faults = {f.name for f in self.model.faults}
-        anew = {
-            (f.check, f.objects) for f in findings if frozenset(faults.intersection(f.objects)) not in vetoed
-        }
-        for key in [k for k in self.left if k[0] == repair.id and k[1:] in anew]:
-            del self.left[key]
-
-    def _leave_all(
-        self, repair: Repair, change: Change, findings: Iterable[Finding], refusal: Refusal
-    ) -> None:
-        """Note of each finding that a change was to answer why it is left."""
-        asked = {step.check for step in change.steps}
-        for finding in findings:
-            own = replace(refusal, check=finding.check, objects=finding.objects)
-            # what a repair says itself of a finding says more
-            if (
-                finding.check in asked
-                and change.surfaces.keys() & set(finding.objects)
-                and _note_of(repair, own) not in self.left
-            ):
-                self._leave(repair, own)
-
-    def _leave(self, repair: Repair, refusal: Refusal) -> None:
-        self.left[_note_of(repair, refusal)] = Left(
-            refusal.check,
-            refusal.objects,
-            repair.id,
-            _place(refusal.place),
-            refusal.reason,
-            refusal.advice,
-            refusal.needed,
-            refusal.unit,
-        )
+    def _faults_of(self, finding: Finding) -> frozenset[str]:
+        return frozenset(f.name for f in self.model.faults if f.name in finding.objects)
 
     def _fault(self, name: str) -> Fault:
         return next(f for f in self.model.faults if f.name == name)
@@ -356,11 +323,6 @@ def _asks(repair: Repair, finding: Finding, model: Model) -> bool:
     wanted = finding.check in repair.checks and repair.answers(finding, model)
     of_faults = bool({f.name for f in model.faults}.intersection(finding.objects))
     return wanted and (of_faults or repair.need >= Need.GRAPH)
-
-
-def _note_of(repair: Repair, refusal: Refusal) -> tuple[str, str, tuple[str, ...]]:
-    """Return under what a note is kept: one for each repair and finding."""
-    return repair.id, refusal.check, refusal.objects
 
 
 def _key(finding: Finding) -> _Key:
@@ -441,10 +403,3 @@ def _applied(model: Model, changes: Sequence[Change]) -> Model:
         else:
             faults.append(fault)
     return replace(model, faults=tuple(faults))
-
-
-def _place(place: FloatArray | None) -> tuple[float, float, float] | None:
-    if place is None:
-        return None
-    x, y, z = (float(c) for c in place)
-    return x, y, z
