@@ -11,6 +11,7 @@ from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.errors import InputError
 from graben.formats.irap import grid_surface, read_irap
 from graben.formats.kinds import Kind, kind_of
+from graben.formats.meshes import MeshKind, mesh_kind_of, read_meshes
 from graben.formats.points import read_points
 from graben.formats.stick_surface import sticks_surface
 from graben.formats.sticks import read_sticks
@@ -133,7 +134,7 @@ class FileInfo:
     """What a file holds; ``signs`` says for each part how z is counted, as far as the file states it."""
 
     path: Path
-    kind: Kind
+    kind: Kind | MeshKind
     parts: tuple[SurfaceInfo | GridInfo | PointsInfo | SticksInfo, ...]
     signs: tuple[str, ...]
 
@@ -158,9 +159,10 @@ def describe(path: str | Path) -> FileInfo:
     path = Path(path)
     if path.suffix == ".toml":
         raise InputError(f"{path} is a model, not a surface file; use graben run.")
-    kind = kind_of(path)
-    if kind is Kind.TSURF:
-        objects = read_tsurf(path)
+    mesh = mesh_kind_of(path)
+    kind = mesh or kind_of(path)
+    if mesh or kind is Kind.TSURF:
+        objects = read_meshes(path) if mesh else read_tsurf(path)
         signs = {
             None: _NOT_STATED,
             "elevation": "elevation, as stated",

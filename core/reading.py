@@ -16,6 +16,7 @@ from graben.cleaning.registry import known_repairs
 from graben.errors import InputError, ModelingError
 from graben.formats.irap import grid_surface, read_irap
 from graben.formats.kinds import Kind, kind_of
+from graben.formats.meshes import mesh_kind_of, read_meshes
 from graben.formats.model_file import load_model_file
 from graben.formats.points import read_table
 from graben.formats.stick_surface import sticks_surface
@@ -129,6 +130,12 @@ def covering_grid(points: FloatArray, step: float) -> GridGeometry | None:
 
 def _horizon(section: HorizonSection, path: Path, z: Sign) -> Horizon:
     file = _located(path, section.file, f"horizon {section.name!r}")
+    mesh = mesh_kind_of(file)
+    if mesh is not None:
+        raise InputError(
+            f"{file} is read for faults alone ({mesh}); give horizon {section.name!r} a grid, a GOCAD TSurf "
+            "or points."
+        )
     kind = kind_of(file)
     if kind is Kind.STICKS:
         raise InputError(
@@ -208,13 +215,14 @@ def _unfit_surface(name: str, picks: FloatArray) -> Surface:
 def _faults(section: FaultSection, path: Path, z: Sign) -> Iterator[Fault]:
     """Yield the faults of one [[faults]]: all that a file names, or the one with the name given."""
     file = _located(path, section.file, f"fault {section.name!r}" if section.name else "a fault")
-    kind = kind_of(file)
+    is_mesh = mesh_kind_of(file) is not None
+    kind = Kind.TSURF if is_mesh else kind_of(file)
     if kind in (Kind.IRAP_ASCII, Kind.IRAP_BINARY):
         raise InputError(
             f"{file} is a grid, which makes no fault; give a triangulated surface or fault sticks."
         )
     if kind is Kind.TSURF:
-        objects = read_tsurf(file)
+        objects = read_meshes(file) if is_mesh else read_tsurf(file)
         if section.name is None:
             unnamed = next((o for o in objects if not o.named), None)
             if unnamed is not None:

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from graben.errors import InputError
+from graben.formats.meshes import MeshKind
 from graben.info import GridInfo, PointsInfo, SticksInfo, SurfaceInfo, describe, surface_info
 from graben.surface import Surface
+from tests.formats.test_meshes import fault_files
 from tests.test_reading import folder_of
+from tests.zoo.shapes import F60
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 
@@ -56,6 +59,16 @@ def test_every_kind_is_described(tmp_path: Path) -> None:
     assert isinstance(sticks, SticksInfo) and (sticks.sticks, sticks.points, sticks.least) == (2, 4, 2)
     with pytest.raises(InputError, match="model"):
         describe(tmp_path / "model.toml")
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply", "stl", "vtp"])
+def test_mesh_files_are_described(tmp_path: Path, suffix: str) -> None:
+    info = describe(fault_files(tmp_path, F60)[suffix])
+    (part,) = info.parts
+    assert isinstance(part, SurfaceInfo) and info.kind is MeshKind[suffix.upper()]
+    assert (part.vertices, part.triangles) == (len(F60.vertices), len(F60.triangles))
+    assert part.mean_dip is not None and np.isclose(part.mean_dip, 60.0, atol=1e-3)
+    assert info.signs[0].startswith("sign not stated")
 
 
 @pytest.mark.skipif(not DATA.is_dir(), reason="shared data are not here")

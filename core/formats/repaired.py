@@ -14,6 +14,7 @@ import numpy as np
 from graben.errors import InputError
 from graben.formats.irap import grid_surface, read_irap
 from graben.formats.kinds import Kind, kind_of
+from graben.formats.meshes import mesh_kind_of, read_meshes
 from graben.formats.names import file_names
 from graben.formats.points import read_table
 from graben.formats.stick_surface import sticks_surface
@@ -121,8 +122,9 @@ def _as_read(source: Path, surface: Surface, horizon: Horizon | None, model: Mod
 
 
 def _faults_in(source: Path, name: str, model: Model) -> Iterable[Surface]:
-    if kind_of(source) is Kind.TSURF:
-        objects = read_tsurf(source)
+    is_mesh = mesh_kind_of(source) is not None
+    if is_mesh or kind_of(source) is Kind.TSURF:
+        objects = read_meshes(source) if is_mesh else read_tsurf(source)
         # Of several, the name says which is meant.
         chosen = objects if len(objects) == 1 else [o for o in objects if o.surface.name == name]
         return [o.upward(model.z) for o in chosen]

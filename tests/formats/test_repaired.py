@@ -18,6 +18,7 @@ from graben.model import Fault, Model
 from graben.pipeline import check
 from graben.reading import read_model
 from graben.surface import Surface
+from tests.formats.test_meshes import fault_files
 from tests.reports.check_models import EVIL
 from tests.zoo.shapes import F60
 
@@ -152,6 +153,18 @@ def test_a_file_that_no_longer_says_the_same_is_not_copied(tmp_path: Path) -> No
     ] == [True] * 4
     (tmp_path / "in" / "alone").unlink()
     assert same(read_model(write_repaired(model, model, tmp_path / "gone")), model)
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply", "stl", "vtp"])
+def test_mesh_files_are_copied_to_the_byte(tmp_path: Path, suffix: str) -> None:
+    (tmp_path / "in").mkdir()
+    file = fault_files(tmp_path / "in", F60)[suffix]
+    keys = f'[model]\nname = "M"\nz = "depth"\n[[faults]]\nname = "F"\nfile = "{file.name}"\n'
+    (tmp_path / "in" / "model.toml").write_text(keys)
+    model = read_model(tmp_path / "in" / "model.toml")
+    again = read_model(write_repaired(model, model, tmp_path / "out"))
+    assert (tmp_path / "out" / file.name).read_bytes() == file.read_bytes()
+    assert same(again, model)
 
 
 def test_files_of_one_name_from_two_folders_stay_apart(tmp_path: Path) -> None:
