@@ -121,19 +121,22 @@ class _Work:
             progress("repair", f"{repair.id}, {len(findings)} findings")
             vetoed = self._vetoed(repair)
             self.notes.forget(repair, (f for f in findings if self._faults_of(f) not in vetoed))
-            looked.update(map(_key, findings))
             proposed = repair.propose(
                 Task(self.model, findings, evidence, MappingProxyType(dict(self._references)), vetoed)
             )
             for refusal in proposed:
                 if isinstance(refusal, Refusal):
                     self.notes.leave(repair, refusal)
-            changes = _disjoint([c for c in proposed if isinstance(c, Change)], vetoed)
-            undone = self._judged(repair, changes, findings, result)
-            if not undone:
+            possible = [c for c in proposed if isinstance(c, Change) and frozenset(c.surfaces) not in vetoed]
+            changes = _disjoint(possible)
+            # a change of faults that another one takes first waits for the next try
+            again = {name for c in possible if c not in changes for name in c.surfaces}
+            looked.update(_key(f) for f in findings if not again.intersection(f.objects))
+            again |= self._judged(repair, changes, findings, result)
+            if not again:
                 break
             result, evidence = self._checked(repair)
-            findings = tuple(f for f in self._open(repair, result) if undone.intersection(f.objects))
+            findings = tuple(f for f in self._open(repair, result) if again.intersection(f.objects))
         self._settled.setdefault(repair.id, set()).update(looked)
 
     def _judged(
@@ -381,13 +384,13 @@ def _all_steps(change: Change) -> tuple[Step, ...]:
     return (*steps, *more)
 
 
-def _disjoint(changes: Iterable[Change], vetoed: frozenset[frozenset[str]]) -> list[Change]:
-    """Return changes of which no two concern the same fault, those first proposed, without the vetoed."""
+def _disjoint(changes: Iterable[Change]) -> list[Change]:
+    """Return changes of which no two concern the same fault, those first proposed."""
     taken: set[str] = set()
     kept = []
     for change in changes:
         names = frozenset(change.surfaces)
-        if not taken & names and names not in vetoed:
+        if not taken & names:
             taken |= names
             kept.append(change)
     return kept
