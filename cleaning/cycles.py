@@ -101,16 +101,7 @@ def _said(task: Task, finding: Finding, graph: CutGraph) -> Refusal:
     best = min((o for o in cheapest if o is not None), key=lambda o: o.length, default=None)
     if best is None:
         return Refusal(finding.check, finding.objects, told, finding.remedy)
-    name = task.model.faults[best.fault].name
-    return Refusal(
-        finding.check,
-        finding.objects,
-        told,
-        f"Decide whether {name} ends before that place, and cut it back so far. {finding.remedy}",
-        best.place,
-        best.length,
-        task.unit,
-    )
+    return Refusal(finding.check, finding.objects, told, finding.remedy, best.place)
 
 
 def _reason(task: Task, cycle: Cycle, best: Opening | None) -> str:
@@ -120,10 +111,13 @@ def _reason(task: Task, cycle: Cycle, best: Opening | None) -> str:
     if best is None:
         return f"The cycle of {closed} has no corner beyond which a fault could be cut off."
     fault = names[best.fault]
+    gap = f"wider than max_extension = {amount(task.max_extension(fault), task.unit)}, or it is closed again"
+    if best.length <= task.contact:
+        return f"The cycle of {closed} costs least to open where {fault} ends at it: by a gap {gap}."
+    beyond = amount(best.length, task.unit)
     return (
-        f"The cycle of {closed} costs least to open at {fault}: {amount(best.length, task.unit)} of its "
-        f"trace lie beyond that corner, and a gap has to follow that is wider than max_extension = "
-        f"{amount(task.max_extension(fault), task.unit)}, or it would be closed again."
+        f"The cycle of {closed} costs least to open at {fault}: {beyond} of its trace lie beyond that "
+        f"corner, and a gap has to follow that is {gap}."
     )
 
 
