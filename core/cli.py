@@ -106,30 +106,51 @@ def check(model: Path, profile: str, verbose: bool, quiet: bool, debug: bool, **
 )
 @click.option("--profile", type=click.Choice(["paper", "extended"]), default="extended", show_default=True)
 @click.option("--no-repair", is_flag=True, help="Model the input as it is.")
+@click.option("--resume", is_flag=True, help="Go on from what a run that was broken off left in DIR.partial.")
+@click.option("--scheduler", metavar="ADDRESS", help="Rebuild horizons on the cluster of a dask scheduler.")
 @_common
 def run(
-    model: Path, output: Path, profile: str, no_repair: bool, verbose: bool, quiet: bool, debug: bool
+    model: Path,
+    output: Path,
+    profile: str,
+    no_repair: bool,
+    resume: bool,
+    scheduler: str | None,
+    verbose: bool,
+    quiet: bool,
+    debug: bool,
 ) -> None:
     """Check, repair, check, and model every horizon of MODEL, a model.toml.
 
+    Work goes on in DIR.partial, which becomes DIR at the end. Where a run is broken off, --resume takes it
+    up, if the input, the options and graben are the same, and does nothing again that is finished; without
+    it such a folder is replaced.
+
     Exit code 0: the gate passes and every subdomain converged; 1: something is left, and the report says
-    what; 2: the input cannot be read.
+    what; 2: the input cannot be read, or there is nothing to resume.
     """
-    from graben.output import require_free, whole_folder
-    from graben.pipeline import build
-    from graben.reading import read_model
+    from graben.output import partial_folder, require_free, written
+    from graben.resuming import KeptFolder, manifest, require_resumable
 
     require_free(output)
-    with progress(quiet) as say:
+    inputs = manifest(model, profile, not no_repair)
+    if resume:
+        require_resumable(output, inputs)
+    from graben.cluster import cluster
+    from graben.pipeline import build
+    from graben.reading import read_model
+    from graben.reports.summary import summary
+    from graben.reports.writing import write_run
+
+    with progress(quiet) as say, cluster(scheduler) as executor:
         say("read", str(model))
         read = read_model(model)
-        result = build(read, profile, mend=not no_repair, progress=say)
-        from graben.reports.summary import summary
-        from graben.reports.writing import write_run
-
-        with whole_folder(output) as folder:
+        with partial_folder(output, resume=resume) as folder:
+            kept = KeptFolder(folder, inputs)
+            result = build(read, profile, mend=not no_repair, progress=say, executor=executor, kept=kept)
             say("write", str(output))
-            write_run(result, folder)
+            with written(output):
+                write_run(result, folder)
     if not quiet:
         click.echo(summary(result, verbose=verbose))
         click.echo(f"report: {output / 'report.html'}")
@@ -271,10 +292,10 @@ def _interrupted(number: int, frame: FrameType | None) -> None:
     """End at once: an exception raised inside a compiled library could crash instead."""
     # Only a module that is loaded can have opened a folder; to import it here could meet it half loaded.
     drop_partial = getattr(sys.modules.get("graben.output"), "drop_partial", None)
-    if drop_partial is not None:
-        drop_partial()
+    left = drop_partial is not None and drop_partial()
+    said = b"; --resume goes on from what is finished" if left else b""
     with suppress(OSError):
-        os.write(_STDERR, b"graben: interrupted.\n")
+        os.write(_STDERR, b"graben: interrupted" + said + b".\n")
     os._exit(_INTERRUPTED)
 
 

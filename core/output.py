@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import secrets
 import shutil
 import stat
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from graben.errors import OutputError
 
 #: Says of a folder that graben made it and may remove it.
 _MARK = ".graben-partial"
+#: Folder in a partial folder for finished work, which lies in files of this ending.
+KEPT = ".graben-kept"
+KEPT_ENDING = ".npz"
 #: A file larger than this, bytes, is none of graben's reports, and is not read to find out.
 _LARGEST_REPORT = 2**28
 #: Partial folders and files of this process.
@@ -24,58 +28,136 @@ _open: list[Path] = []
 def whole_folder(target: Path) -> Iterator[Path]:
     """Give a folder to write into, renamed to ``target`` at the end; on any error nothing is left.
 
-    Work goes on in ``target.partial`` beside it. A partial folder that an ended run left behind is
-    replaced; one that graben did not make is not touched.
+    Raises
+    ------
+    OutputError
+        As of :func:`partial_folder`, and when something in the folder cannot be written.
+    """
+    with partial_folder(target) as partial, written(target):
+        yield partial
+
+
+@contextmanager
+def partial_folder(target: Path, *, resume: bool = False) -> Iterator[Path]:
+    """Give ``target.partial``, in which work goes on, and rename it to ``target`` at the end.
+
+    It belongs to this process until then. One that an ended process left behind is replaced, or taken up
+    as it is; one that another process works in, or that graben did not make, is not touched. On an error it
+    is removed, but left for a resume where finished work lies in its folder ``KEPT``, which is removed last.
+
+    Parameters
+    ----------
+    target : Path
+        Absent or an empty folder.
+    resume : bool
+        Whether to take up what an ended process left behind.
 
     Raises
     ------
     OutputError
-        When ``target`` is a file or holds something, or the folder cannot be made.
+        When ``target`` is a file or holds something, or the folder cannot be made or taken up.
     """
     require_free(target)
-    partial = target.with_name(target.name + ".partial")
+    partial = partial_of(target)
+    with _claimed(partial, target, resume):
+        try:
+            yield partial
+            with written(target):
+                if (partial / KEPT).exists():
+                    shutil.rmtree(partial / KEPT)
+                (partial / _MARK).unlink()
+                if target.is_dir():
+                    target.rmdir()
+                partial.rename(target)
+        except BaseException:
+            _dropped(partial)
+            raise
+
+
+def partial_of(target: Path) -> Path:
+    """Return the folder in which work on ``target`` goes on."""
+    return target.with_name(target.name + ".partial")
+
+
+def is_partial(folder: Path) -> bool:
+    """Return whether graben made a folder to work in."""
+    return (folder / _MARK).is_file() and not folder.is_symlink()
+
+
+@contextmanager
+def written(target: Path, mend: str = "choose another -o") -> Iterator[None]:
+    """Turn an error of the system into one that names what was to be written, and the mend."""
     try:
-        if (partial / _MARK).is_file() and not partial.is_symlink():
-            shutil.rmtree(partial)
-        _made_parents(target)
-        partial.mkdir()
+        yield
+    except OSError as error:
+        raise OutputError(f"{target} cannot be written: {error.strerror}; {mend}.") from error
+
+
+@contextmanager
+def _claimed(partial: Path, target: Path, resume: bool) -> Iterator[None]:
+    """Make a partial folder, or take it up, and hold it: no other process may until this one ends."""
+    with ExitStack() as held:
+        try:
+            if is_partial(partial):
+                held.enter_context(_locked(partial))
+                if not resume:
+                    shutil.rmtree(partial)
+            if not (resume and is_partial(partial)):
+                _made_parents(target)
+                partial.mkdir()
+                (partial / _MARK).touch()
+                held.enter_context(_locked(partial))
+        except FileExistsError:
+            raise OutputError(
+                f"{partial} is in the way and was not made by graben: move it or choose another -o."
+            ) from None
+        except OSError as error:
+            raise OutputError(f"{partial} cannot be made: {error.strerror}; choose another -o.") from error
         _open.append(partial)
-        (partial / _MARK).touch()
-    except FileExistsError:
-        raise OutputError(
-            f"{partial} is in the way and was not made by graben: move it or choose another -o."
-        ) from None
-    except OSError as error:
-        raise OutputError(f"{partial} cannot be made: {error.strerror}; choose another -o.") from error
-    try:
-        yield partial
-        (partial / _MARK).unlink()
-        if target.is_dir():
-            target.rmdir()
-        partial.rename(target)
-    except OSError as error:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise OutputError(f"{target} cannot be written: {error.strerror}; choose another -o.") from error
-    except BaseException:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
-    finally:
-        _open.remove(partial)
+        try:
+            yield
+        finally:
+            _open.remove(partial)
 
 
-def drop_partial() -> None:
-    """Remove what this process has not finished, for a process that ends at once."""
-    for partial in _open:
-        _dropped(partial)
+@contextmanager
+def _locked(partial: Path) -> Iterator[None]:
+    """Hold the lock of a partial folder, which the system lets go when the process ends in any way."""
+    with (partial / _MARK).open("rb") as mark:
+        try:
+            fcntl.flock(mark, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise OutputError(
+                f"Another graben works in {partial}: wait for it or choose another -o."
+            ) from None
+        except OSError:
+            # Some network disks know no locks; the work goes on without.
+            pass
+        yield
 
 
-def _dropped(partial: Path) -> None:
-    """Remove a partial folder or file, if it is there."""
+def drop_partial() -> bool:
+    """Remove what this process has not finished, for a process that ends at once.
+
+    Returns
+    -------
+    bool
+        Whether finished work is left for a resume.
+    """
+    left = [_dropped(partial) for partial in _open]
+    return any(left)
+
+
+def _dropped(partial: Path) -> bool:
+    """Remove a partial folder or file, if it is there; return whether it is left for its finished work."""
+    if any((partial / KEPT).glob(f"*{KEPT_ENDING}")):
+        return True
     if partial.is_dir():
         shutil.rmtree(partial, ignore_errors=True)
     else:
         with suppress(OSError):
             partial.unlink()
+    return False
 
 
 def _made_parents(target: Path) -> None:
@@ -165,21 +247,12 @@ def write_whole(contents: Mapping[Path, bytes]) -> None:
     _open.extend(partials.values())
     try:
         for target, partial in partials.items():
-            with _named(target):
+            with written(target, "choose another place"):
                 partial.write_bytes(contents[target])
         for target, partial in partials.items():
-            with _named(target):
+            with written(target, "choose another place"):
                 partial.replace(target)
     finally:
         for partial in partials.values():
             _dropped(partial)
             _open.remove(partial)
-
-
-@contextmanager
-def _named(target: Path) -> Iterator[None]:
-    """Turn an error of the system into one that names the file."""
-    try:
-        yield
-    except OSError as error:
-        raise OutputError(f"{target} cannot be written: {error.strerror}; choose another place.") from error

@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from graben.arrays import FloatArray
 from graben.cleaning.ledger import Left, RepairAction
 from graben.cutgraph import CutGraph
-from graben.errors import ModelingError
 from graben.finding import CheckResult, Profile
+from graben.horizons import Kept, modeled
+from graben.keeping import NotKeptError, from_bytes, to_bytes
 from graben.model import Model
-from graben.modeling.building import rebuilt
+from graben.modeling.crossing import crossings
 from graben.modeling.results import HorizonResult
-from graben.modeling.scoring import score
 from graben.repairs import Look, mended
-from graben.stages import Progress, examined, peak_memory_mb, quiet
+from graben.stages import Progress, Stages, examined, peak_memory_mb, quiet
+from graben.validators.runner import run_checks, shifted
 
 if TYPE_CHECKING:
     import pyvista
+
+#: Under this the outcome of the repair is kept.
+_REPAIR = "repair"
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +147,8 @@ def build(
     *,
     mend: bool = True,
     progress: Progress | None = None,
+    executor: Executor | None = None,
+    kept: Kept | None = None,
 ) -> RunResult:
     """Return the result of the full pipeline: check, repair, check, model every horizon.
 
@@ -156,23 +164,22 @@ def build(
         Whether to repair.
     progress : callable, optional
         Called with the stage and what it works on.
+    executor : Executor, optional
+        Of ``concurrent.futures`` or alike: where to rebuild horizons side by side. By default they are
+        rebuilt one after the other; the result is the same.
+    kept : mutable mapping of str to bytes, optional
+        Work that is done, from an earlier call with the same model, profile and ``mend`` that was broken off:
+        it is not done again. What ends is added. Seconds of such work count in ``timings``, but not in its
+        total.
     """
     begin = time.perf_counter()
     profile, say = Profile(profile), progress or quiet
     say("check", model.name)
-    actions: tuple[RepairAction, ...] = ()
-    left: tuple[Left, ...] = ()
-    if mend:
-        done, look = mended(model, profile, say)
-        whole, before, after = done.model, done.before, done.after
-        actions, left = done.actions, done.left
-    else:
-        before, evidence, stages = examined(model, profile, say)
-        whole, after = model, before
-        spent = time.perf_counter() - begin - stages.seconds
-        look = Look(model.local_origin(), evidence, stages, spent)
+    gate = _gate(model, profile, mend, say, kept)
+    look = gate.look
     mending = time.perf_counter() - begin - look.seconds - look.stages.seconds
-    horizons, not_modeled = _modeled(whole, look, say)
+    rebuilt, not_modeled = modeled(gate.repaired, look, say, executor, kept)
+    horizons = _with_crossings(rebuilt, gate.repaired)
     seconds = {key: sum(h.seconds.get(key, 0.0) for h in horizons) for key in ("solve", "move", "deform")}
     iterations = sum(s.iterations for h in horizons for s in h.subdomains)
     timings = {
@@ -186,41 +193,68 @@ def build(
     }
     return RunResult(
         model,
-        before,
-        actions,
-        whole,
-        after,
-        tuple(horizons),
+        gate.before,
+        gate.repairs,
+        gate.repaired,
+        gate.after,
+        horizons,
         not_modeled,
-        left,
+        gate.left,
         timings,
         peak_memory_mb(),
     )
 
 
-def _modeled(model: Model, look: Look, say: Progress) -> tuple[list[HorizonResult], dict[str, str]]:
-    """Return the rebuilt horizons in the model's coordinates, and why the others are missing."""
-    origin, evidence, stages = look.origin, look.evidence, look.stages
-    local = model.moved(-origin)
-    horizons: list[HorizonResult] = []
-    not_modeled: dict[str, str] = {}
-    for horizon in model.horizons:
-        blocking = evidence.blocked(horizon.name)
-        ready = stages.ready.get(horizon.name)
-        if blocking or ready is None or evidence.complex is None:
-            reasons = [f.message for f in blocking]
-            errors = [evidence.errors[key] for key in ("", horizon.name) if key in evidence.errors]
-            reasons += [e for e in errors if not any(e in reason for reason in reasons)]
-            not_modeled[horizon.name] = " ".join(reasons) or "It could not be prepared."
-            continue
-        say("model", horizon.name)
-        try:
-            result = rebuilt(local, ready, evidence.complex).moved(origin)
-        except ModelingError as error:
-            not_modeled[horizon.name] = str(error)
-            continue
-        result = replace(result, warnings=stages.warnings.get(horizon.name, ()) + result.warnings)
-        if model.truth is not None:
-            result = replace(result, score=score(model.truth, result, model.faults))
-        horizons.append(result)
-    return horizons, not_modeled
+def _with_crossings(horizons: Sequence[HorizonResult], model: Model) -> tuple[HorizonResult, ...]:
+    """Return the horizons, those that another crosses now with a warning that says where."""
+    found = crossings(horizons, [f.surface for f in model.faults], model.tolerance)
+    said = {h.name: tuple(str(c) for c in found if c.upper == h.name) for h in horizons}
+    return tuple(replace(h, warnings=h.warnings + said[h.name]) if said[h.name] else h for h in horizons)
+
+
+@dataclass(frozen=True, eq=False)
+class _Gate:
+    """What check, repair and check came to, and the last look at the model."""
+
+    repaired: Model
+    before: CheckResult
+    after: CheckResult
+    repairs: tuple[RepairAction, ...]
+    left: tuple[Left, ...]
+    look: Look
+
+
+def _gate(model: Model, profile: Profile, mend: bool, say: Progress, kept: Kept | None) -> _Gate:
+    """Return what stands before the modeling; a repair that was kept is not done again."""
+    if not mend:
+        result, look = _seen(model, model.local_origin(), profile, say)
+        return _Gate(model, result, result, (), (), look)
+    known = None if kept is None else _recalled(kept)
+    if known is not None:
+        whole = replace(model, faults=known.pop("faults"))
+        return _Gate(whole, look=_seen(whole, model.local_origin(), profile, say)[1], **known)
+    done, look = mended(model, profile, say)
+    # A repair that found nothing to do took no longer than the look that a resumed run needs all the same.
+    if kept is not None and (done.actions or done.left):
+        keys = ("before", "after", "left")
+        outcome = {"faults": done.model.faults, "repairs": done.actions}
+        kept[_REPAIR] = to_bytes({**outcome, **{key: getattr(done, key) for key in keys}})
+    return _Gate(done.model, done.before, done.after, done.actions, done.left, look)
+
+
+def _seen(model: Model, origin: FloatArray, profile: Profile, say: Progress) -> tuple[CheckResult, Look]:
+    """Return the findings in the model's coordinates, and the look in the frame of ``origin``."""
+    begin = time.perf_counter()
+    stages = Stages(say)
+    result, evidence = run_checks(model.moved(-origin), profile, stages)
+    spent = time.perf_counter() - begin - stages.seconds
+    return shifted(result, origin), Look(origin, evidence, stages, spent)
+
+
+def _recalled(kept: Kept) -> dict[str, Any] | None:
+    """Return what was kept of the repair; None where nothing was, or nothing that can be read."""
+    try:
+        found: dict[str, Any] | None = from_bytes(kept[_REPAIR]) if _REPAIR in kept else None
+    except NotKeptError:
+        return None
+    return found

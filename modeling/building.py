@@ -10,7 +10,7 @@ import numpy as np
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.complexes import Complex
 from graben.model import Model
-from graben.modeling.advice import termination
+from graben.modeling.advice import Deciding, termination
 from graben.modeling.algebra import Backend, Cholmod
 from graben.modeling.cutoffs import cutoffs
 from graben.modeling.deformation import Deformation
@@ -204,13 +204,27 @@ class _Stage:
 
     def _termination(self, outcome: Outcome, mine: IntArray, points: FloatArray) -> Termination:
         if outcome.worst < 0:
-            return termination(outcome, self.model, None, None, None)
-        k = mine[outcome.worst]
-        role = Role(int(self.lips.roles[k]))
-        fault = self.model.faults[int(self.lips.faults[k, 0])].name
-        return termination(
-            outcome, self.model, role, (fault, int(self.lips.sides[k])), points[self.lips.copies[k]]
+            return termination(outcome, self.model, None)
+        k = int(mine[outcome.worst])
+        copy = self.lips.copies[k]
+        faults = tuple(dict.fromkeys(self.lips.faults[k].tolist()))
+        up = outcome.excess > 0
+        guide = Guides(self.guides.lines[k : k + 1])
+        deciding = Deciding(
+            Role(int(self.lips.roles[k])),
+            tuple(self.model.faults[f] for f in faults),
+            tuple(self._side(copy, f) for f in faults),
+            points[copy],
+            guide.lines[0, -1 if up else 0],
+            guide.tangents(upper=up)[0],
+            tuple(self.model.gamma(self.model.faults[f], self.prepared.horizon) for f in faults),
         )
+        return termination(outcome, self.model, deciding)
+
+    def _side(self, copy: int, fault: int) -> int:
+        """Return the lip of a fault that a copy lies on: 1 hanging, -1 foot, 0 both."""
+        cut, mine = self.prepared.cut, self.prepared.graph.faults == fault
+        return int((cut.right[mine] == copy).any()) - int((cut.left[mine] == copy).any())
 
 
 def _credible(problem: Problem, outcome: Outcome, gamma: float) -> bool:

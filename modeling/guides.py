@@ -78,6 +78,27 @@ class Guides:
         share = np.where(rise > 0, (z - a[:, 2]) / np.where(rise > 0, rise, 1.0), 0.0)
         return np.asarray(a[:, :2] + share[:, None] * (b[:, :2] - a[:, :2]), dtype=np.float64)
 
+    def tangents(self, upper: bool) -> FloatArray:
+        """Return the direction of each guide at its upper or lower end, per unit of elevation, shape (n, 3).
+
+        Zero for a guide that is one point.
+        """
+        levels = self.lines[:, :, 2]
+        end = levels[:, -1:] if upper else levels[:, :1]
+        # The last point that is lower than the end, or the first that is higher.
+        k = (levels < end).sum(axis=1) - 1 if upper else (levels <= end).sum(axis=1)
+        rows = np.arange(len(levels))
+        other = self.lines[rows, np.clip(k, 0, levels.shape[1] - 1)]
+        way = self.lines[:, -1 if upper else 0] - other
+        rise = np.where(way[:, 2] == 0, 1.0, way[:, 2])
+        return np.where(way[:, 2:] == 0, 0.0, way / rise[:, None])
+
+    def continued(self, by: float) -> Guides:
+        """Return the guides going straight on at both ends by so much elevation, model units."""
+        above = self.lines[:, -1] + by * self.tangents(upper=True)
+        below = self.lines[:, 0] - by * self.tangents(upper=False)
+        return Guides(np.concatenate([below[:, None], self.lines, above[:, None]], axis=1))
+
     def directions(self, z: FloatArray) -> FloatArray:
         """Return the plan direction of each guide around elevation z, upwards; zero where it is vertical.
 

@@ -6,7 +6,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -71,8 +71,10 @@ class Problem:
 class Outcome:
     """Where the iteration ended.
 
-    ``points`` (n, 2) and ``values`` (n,) are the result; ``worst`` is the position in ``Problem.cut`` of
-    the node that decided a type 2 or 3, ``excess`` by how much it lies beyond its guide (negative below).
+    ``points`` (n, 2) and ``values`` (n,) are the result. ``worst`` is the position in ``Problem.cut`` of the
+    node that decided a type 1, 2 or 3, -1 for type 0; ``excess`` how far it still moves (type 1) or by how
+    much its place lies beyond its guide, negative below (types 2 and 3), model units. ``shortened`` says
+    that the last move had to be cut short, since it would have turned triangles over.
     """
 
     type: TerminationType
@@ -83,6 +85,7 @@ class Outcome:
     deviation: float
     worst: int = -1
     excess: float = 0.0
+    shortened: bool = False
     seconds: dict[str, float] = field(default_factory=dict)
 
 
@@ -135,7 +138,8 @@ def iterated(problem: Problem, backend: Backend, max_iterations: int, accelerate
 
     The iterate is the elevation z of each node of the cut; its image is the value of u at the node's
     place P(z) on its guide, on the first mesh deformed by the whole move. An iteration is one solve and
-    one move.
+    one move. Where nodes need more than their guides, the iteration is repeated with these continued
+    straight on: that tells how much is missing when all nodes have come to rest, and whether it is.
 
     Parameters
     ----------
@@ -148,6 +152,23 @@ def iterated(problem: Problem, backend: Backend, max_iterations: int, accelerate
     accelerated : bool
         Anderson acceleration; False is the paper's plain iteration.
     """
+    outcome = _approached(problem, backend, max_iterations, accelerated)
+    if outcome.type is not TerminationType.PROJECTION_FAILURE:
+        return outcome
+    whole = replace(problem, guides=problem.guides.continued(float(np.ptp(problem.values))))
+    beyond = _approached(whole, backend, max_iterations, accelerated)
+    if beyond.type is not TerminationType.CONVERGED:
+        return outcome
+    excess = problem.guides.excess(beyond.values[problem.cut])
+    worst = int(np.argmax(np.abs(excess)))
+    if abs(excess[worst]) <= problem.tolerance:
+        # The way there led beyond the guides, the end does not.
+        return replace(beyond, history=outcome.history + beyond.history)
+    return replace(outcome, worst=worst, excess=float(excess[worst]))
+
+
+def _approached(problem: Problem, backend: Backend, max_iterations: int, accelerated: bool) -> Outcome:
+    """Return the outcome of one run of the iteration; parameters as of :func:`iterated`."""
     clock = _Clock()
     solver = _Solver(problem, backend)
     mixer = Anderson(_DEPTH if accelerated else 0)
@@ -156,29 +177,30 @@ def iterated(problem: Problem, backend: Backend, max_iterations: int, accelerate
     points = problem.points
     before, beyond = z, np.zeros(len(cut))
     history: list[float] = []
+    course: list[float] = []
     ended = TerminationType.STAGNATION
-    worst, excess_there = -1, 0.0
     for _ in range(max_iterations):
         with clock("solve"):
             values = solver.values(points)
         image = values[cut]
         history.append(float(np.abs(image - before).max()))
-        residual = float(np.abs(image - z).max())
+        away = np.maximum(np.abs(image - before), np.abs(image - z))
+        course.append(float(away.max()))
         excess = guides.excess(image)
-        if history[-1] < tolerance and residual < tolerance:
-            ended = TerminationType.CONVERGED
-        elif not _oscillates(history):
-            worst = _short(excess, beyond, tolerance)
-            if worst >= 0:
-                ended, excess_there = TerminationType.PROJECTION_FAILURE, float(excess[worst])
-        stop = ended is not TerminationType.STAGNATION or _oscillates(history)
+        worst, amount = int(np.argmax(away)), course[-1]
+        if course[-1] < tolerance:
+            ended, worst, amount = TerminationType.CONVERGED, -1, 0.0
+        elif not _oscillates(course) and (short := _short(excess, beyond, tolerance)) >= 0:
+            ended, worst, amount = TerminationType.PROJECTION_FAILURE, short, float(excess[short])
+        stop = ended is not TerminationType.STAGNATION or _oscillates(course)
         with clock("move"):
             target = guides.clipped(image if stop else mixer.following(z, image))
         with clock("deform"):
-            moved, target = _valid_move(problem, z, target)
+            moved, taken = _valid_move(problem, z, target)
+        shortened = taken is not target
         displacement = float(np.hypot(*(moved[cut] - points[cut]).T).mean())
         deviation = float(np.abs(image - before).mean())
-        z, points, before, beyond = target, moved, image, excess
+        z, points, before, beyond = taken, moved, image, excess
         if stop:
             break
     values = values.copy()
@@ -191,16 +213,17 @@ def iterated(problem: Problem, backend: Backend, max_iterations: int, accelerate
         displacement,
         deviation,
         worst,
-        excess_there,
+        amount,
+        shortened,
         dict(clock.seconds),
     )
 
 
-def _oscillates(history: list[float]) -> bool:
+def _oscillates(course: list[float]) -> bool:
     """Return whether the last steps brought the deviation no lower than it was before them."""
-    if len(history) <= _PATIENCE:
+    if len(course) <= _PATIENCE:
         return False
-    return min(history[-_PATIENCE:]) >= min(history[:-_PATIENCE])
+    return min(course[-_PATIENCE:]) >= min(course[:-_PATIENCE])
 
 
 def _short(excess: FloatArray, before: FloatArray, tolerance: float) -> int:

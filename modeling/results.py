@@ -39,7 +39,8 @@ class Side(StrEnum):
 class Termination:
     """How a subdomain ended, and for types 1-3 where, on which fault and side, and by how much short.
 
-    ``short_by`` in model units: how far in elevation the fault or guide ends before the horizon.
+    ``short_by`` in model units, for types 2 and 3: how far in elevation the fault or guide ends before the
+    horizon. The place is the end of the guide; for type 1 it is the node that moved most at the end.
     """
 
     type: TerminationType

@@ -12,6 +12,7 @@ from graben.complexes import Complex
 from graben.cutgraph import CutGraph, DroppedTrace, NodeKind
 from graben.errors import ModelingError
 from graben.model import Horizon, Model
+from graben.modeling.calming import calmed
 from graben.modeling.resampling import Trace, node_kinds, resampled
 from graben.modeling.snapping import NEAR, along_boundary, reaching, snapped, without
 from graben.refinement import component_labels, refined
@@ -38,7 +39,8 @@ def cut_graph(model: Model, horizon: Horizon, network: Complex) -> CutGraph:
     """
     names = [f.name for f in model.faults]
     reach = NEAR * horizon.step
-    trace = snapped(exact_trace(horizon.surface, network, names, reach), horizon.step)
+    surface = calmed(horizon.surface, [f.surface for f in model.faults])
+    trace = snapped(exact_trace(surface, network, names, reach), horizon.step)
     beside = along_boundary(trace, horizon.surface, reach)
     skirting = _skirting(trace, beside)
     trace = reaching(without(trace, beside), horizon.surface, reach)

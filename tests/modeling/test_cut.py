@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from graben.cutgraph import NodeKind
 from graben.model import Fault, Model
@@ -184,34 +182,3 @@ def test_trace_does_not_depend_on_vertex_order() -> None:
         length = np.linalg.norm(np.diff(trace.points[trace.edges], axis=1)[:, 0], axis=1)
         lines.append((np.bincount(trace.faults, length), len(trace.points)))
     assert lines[0][0] == pytest.approx(lines[1][0], rel=1e-12)
-
-
-@settings(max_examples=25, deadline=None)
-@given(
-    st.lists(
-        st.tuples(st.integers(-22, 22), st.integers(-22, 22), st.integers(0, 7), st.integers(9, 35)),
-        min_size=1,
-        max_size=4,
-    )
-)
-def test_euler_count_of_random_segments(segments: list[tuple[int, int, int, int]]) -> None:
-    """Components = 1 + E - V + C of the graph with the outer boundary contracted to one vertex."""
-    faults = []
-    for k, (x, y, eighth, length) in enumerate(segments):
-        # No two directions are equal, so no two faults lie in one plane.
-        angle = eighth * np.pi / 4 + 0.11 * k
-        start = 100.0 * x + 13.7, 100.0 * y + 7.3
-        end = start[0] + 100.0 * length * np.cos(angle), start[1] + 100.0 * length * np.sin(angle)
-        faults.append(plane_fault(start, end, dip=80.0, name=f"F{k}"))
-    model = model_of(grid_horizon(flat), *faults)
-    graph, _, cut = opened_mesh(model)
-    count = len(graph.nodes)
-    outer = graph.kinds == NodeKind.EXIT
-    merged = np.where(outer, count, np.arange(count))
-    edges = merged[graph.edges]
-    from graben.refinement import component_labels
-
-    nodes = np.append(np.unique(merged), count) if not outer.any() else np.unique(merged)
-    index = np.searchsorted(nodes, edges)
-    pieces = len(np.unique(component_labels(len(nodes), index))) if len(nodes) else 1
-    assert cut.labels.max() + 1 == 1 + len(edges) - len(nodes) + pieces

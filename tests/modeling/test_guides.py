@@ -93,3 +93,11 @@ def test_clipping_says_by_how_much() -> None:
     guides = Guides.of([np.array([[0.0, 0, 0], [1, 0, 1]]), np.array([[0.0, 0, 0], [1, 0, 1], [3, 0, 2]])])
     assert guides.excess(np.array([1.5, -0.25])).tolist() == [0.5, -0.25]
     assert guides.places(np.array([9.0, 1.5])).tolist() == [[1.0, 0.0], [2.0, 0.0]]
+
+
+def test_continued_guides_go_straight_on() -> None:
+    guides = Guides.of([np.array([[0.0, 0, 0], [1, 0, 1], [1, 2, 2]]), np.array([[5.0, 5, 5]])])
+    longer = guides.continued(3.0)
+    assert longer.lines[0].tolist() == [[-3, 0, -3], [0, 0, 0], [1, 0, 1], [1, 2, 2], [1, 8, 5]]
+    assert longer.places(np.array([1.5, 5.0])) == pytest.approx(guides.places(np.array([1.5, 5.0])))
+    assert (longer.low[1], longer.high[1]) == (5.0, 5.0), "a point has no way to go on"
