@@ -11,7 +11,7 @@ from graben.arrays import FloatArray
 from graben.cleaning.repairing import Task
 from graben.cleaning.shaping.limits import reaches
 from graben.surface import Surface
-from graben.validators.measuring.measures import smallest_angles
+from graben.validators.measuring.measures import remembered, smallest_angles
 from graben.validators.measuring.plan import covers_once, narrowest_overlap, projected
 from graben.validators.z_monotone import LEVEL, SLIVER, critical_points
 
@@ -37,12 +37,16 @@ def joint_move(task: Task, before: Surface, moved: Surface, taken: Mapping[str, 
         Other faults as they are changed already.
     """
     changed = (before.vertices != moved.vertices).any(axis=1)
+    asked = before.vertices[changed]
     others = {}
     for fault in task.model.faults:
         if fault.name == before.name:
             continue
         other = taken.get(fault.name, fault.surface)
-        own = _same(other.vertices, before.vertices[changed])
+        low, high = _bounds(other)
+        if not ((asked >= low) & (asked <= high)).all(axis=1).any():
+            continue
+        own = _same(other.vertices, asked)
         if (own >= 0).any():
             points = other.vertices.copy()
             points[own >= 0] = moved.vertices[changed][own[own >= 0]]
@@ -77,6 +81,13 @@ def _faults_of(surface: Surface, level: float) -> tuple[int, int, int, int]:
         len(found.vertices) + len(found.level),
         int((smallest_angles(surface.vertices, surface.triangles) < SLIVER).sum()),
     )
+
+
+@remembered
+def _bounds(surface: Surface) -> tuple[FloatArray, FloatArray]:
+    """Return the least and greatest coordinates of a surface, shape (3,) each."""
+    low = np.fmin.reduce(surface.vertices, axis=0, initial=np.inf)
+    return low, np.fmax.reduce(surface.vertices, axis=0, initial=-np.inf)
 
 
 def _same(points: FloatArray, others: FloatArray) -> FloatArray:

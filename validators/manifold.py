@@ -19,6 +19,7 @@ from graben.validators.measuring.measures import (
     mesh_of,
     part_at,
     plural,
+    remembered,
 )
 from graben.validators.measuring.openings import openings
 
@@ -36,6 +37,7 @@ def _run(context: CheckContext) -> list[Defect]:
     return found
 
 
+@remembered
 def _surface(surface: Surface) -> Defect | None:
     """Return the edges with more than two triangles and the vertices with more than one fan."""
     mesh = mesh_of(surface)

@@ -15,6 +15,7 @@ from graben.validators.measuring.measures import (
     inner_points,
     largest_parts,
     percent,
+    remembered,
     welded_mesh_of,
 )
 
@@ -26,6 +27,7 @@ def _run(context: CheckContext) -> list[Defect]:
     return [d for d in (_fault(f.surface, context.unit) for f in context.faults) if d is not None]
 
 
+@remembered
 def _fault(surface: Surface, unit: str) -> Defect | None:
     """Return the triangles outside the largest component.
 
