@@ -1,4 +1,4 @@
-"""The command line: `graben check`, `repair`, `run`, `demo`, `info` and `schema`."""
+"""The command line: `graben check`, `repair`, `run`, `demo`, `init`, `info` and `schema`."""
 
 from __future__ import annotations
 
@@ -245,6 +245,26 @@ def demo(
         write(made, folder)
     if not quiet:
         click.echo(f"model: {output / 'model.toml'}")
+
+
+@app.command()
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), default="model.toml", show_default=True, help="File."
+)
+@_common
+def init(files: tuple[Path, ...], output: Path, verbose: bool, quiet: bool, debug: bool) -> None:
+    """Write a model.toml that names the surfaces in FILES, with guesses as comments.
+
+    Of a folder, all files that can be read are taken; folders inside it are not. Horizons are grids, points
+    and flat surfaces; faults are sticks and steep surfaces. Nothing is overwritten.
+    """
+    from graben.drafting import draft_model
+
+    made = draft_model(files, output)
+    if not quiet:
+        counts = f"horizons {len(made.of('horizon'))}, faults {len(made.of('fault'))}"
+        click.echo(f"model: {output}\n{counts}, not taken {len(made.left_out)}; look at its guesses")
 
 
 @app.command()

@@ -9,13 +9,13 @@ import numpy as np
 
 from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.errors import InputError
-from graben.formats.irap import grid_surface, read_irap
-from graben.formats.kinds import Kind, kind_of
-from graben.formats.meshes import MeshKind, mesh_kind_of, read_meshes
+from graben.formats.grids import read_grid
+from graben.formats.irap import grid_surface
+from graben.formats.kinds import SURFACES, Kind, kind_of
+from graben.formats.meshes import read_surfaces
 from graben.formats.points import read_points
 from graben.formats.stick_surface import sticks_surface
 from graben.formats.sticks import read_sticks
-from graben.formats.tsurf import read_tsurf
 from graben.model import GridGeometry
 from graben.reading import points_step
 from graben.surface import (
@@ -134,7 +134,7 @@ class FileInfo:
     """What a file holds; ``signs`` says for each part how z is counted, as far as the file states it."""
 
     path: Path
-    kind: Kind | MeshKind
+    kind: Kind
     parts: tuple[SurfaceInfo | GridInfo | PointsInfo | SticksInfo, ...]
     signs: tuple[str, ...]
 
@@ -159,10 +159,9 @@ def describe(path: str | Path) -> FileInfo:
     path = Path(path)
     if path.suffix == ".toml":
         raise InputError(f"{path} is a model, not a surface file; use graben run.")
-    mesh = mesh_kind_of(path)
-    kind = mesh or kind_of(path)
-    if mesh or kind is Kind.TSURF:
-        objects = read_meshes(path) if mesh else read_tsurf(path)
+    kind = kind_of(path)
+    if kind in SURFACES:
+        objects = read_surfaces(path, kind)
         signs = {
             None: _NOT_STATED,
             "elevation": "elevation, as stated",
@@ -176,7 +175,7 @@ def describe(path: str | Path) -> FileInfo:
     elif kind is Kind.TABLE:
         part = _points_info(read_points(path))
     else:
-        grid, values = read_irap(path)
+        grid, values = read_grid(path, kind)
         vertices = grid_surface(path.stem, grid, values).vertices
         part = GridInfo(grid, int(values.size - len(vertices)), _extents(vertices))
     return FileInfo(path, kind, (part,), (_NOT_STATED,))

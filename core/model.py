@@ -73,8 +73,8 @@ class Horizon:
         The input's own grid, or the regular grid on which results are written.
     picks : (p, 3) array
         The input points, empty for grids and triangulated surfaces.
-    noise : float
-        Standard deviation of the input, model units.
+    noise : float or None
+        Standard deviation of the input, model units; None where it was not given.
     smoothing : float
         Length over which picks were smoothed when the surface was fitted, model units; 0 without picks.
     notes : tuple of str
@@ -86,7 +86,7 @@ class Horizon:
     step: float
     grid: GridGeometry | None = None
     picks: FloatArray = field(default_factory=lambda: floats([], 0, 3))
-    noise: float = 0.0
+    noise: float | None = None
     smoothing: float = 0.0
     notes: tuple[str, ...] = ()
 

@@ -14,14 +14,15 @@ import numpy as np
 from graben.arrays import FloatArray, bools, floats, ints
 from graben.cleaning.registry import known_repairs
 from graben.errors import InputError, ModelingError
-from graben.formats.irap import grid_surface, read_irap
-from graben.formats.kinds import Kind, kind_of
-from graben.formats.meshes import mesh_kind_of, read_meshes
+from graben.formats.grids import read_grid
+from graben.formats.irap import grid_surface
+from graben.formats.kinds import GRIDS, MESHES, SURFACES, Kind, kind_of
+from graben.formats.meshes import read_surfaces
 from graben.formats.model_file import load_model_file
 from graben.formats.points import read_table
 from graben.formats.stick_surface import sticks_surface
 from graben.formats.sticks import read_sticks
-from graben.formats.tsurf import Sign, TSurf, mirrored, read_tsurf
+from graben.formats.tsurf import Sign, TSurf, mirrored
 from graben.model import Fault, GridGeometry, Horizon, Model
 from graben.settings import FaultSection, HorizonSection, ModelFile
 from graben.surface import Surface, triangle_areas
@@ -130,31 +131,30 @@ def covering_grid(points: FloatArray, step: float) -> GridGeometry | None:
 
 def _horizon(section: HorizonSection, path: Path, z: Sign) -> Horizon:
     file = _located(path, section.file, f"horizon {section.name!r}")
-    mesh = mesh_kind_of(file)
-    if mesh is not None:
+    kind = kind_of(file)
+    if kind in MESHES:
         raise InputError(
-            f"{file} is read for faults alone ({mesh}); give horizon {section.name!r} a grid, a GOCAD TSurf "
+            f"{file} is read for faults alone ({kind}); give horizon {section.name!r} a grid, a GOCAD TSurf "
             "or points."
         )
-    kind = kind_of(file)
     if kind is Kind.STICKS:
         raise InputError(
             f"{file} holds fault sticks, which make no horizon; give horizon {section.name!r} a grid, a "
             "triangulated surface or points."
         )
     if kind is Kind.TSURF:
-        surface = _chosen(read_tsurf(file), section.name, file).upward(z)
+        surface = _chosen(read_surfaces(file, kind), section.name, file).upward(z)
         step = section.step or triangulated_step(surface)
         finite = surface.vertices[usable(surface.vertices).all(axis=1)]
         grid = covering_grid(floats(finite), step) if len(finite) else None
         return Horizon(section.name, _named(surface, section.name), step, grid, noise=section.noise)
     if kind is Kind.TABLE:
         return _horizon_of_points(section, file, z)
-    return _horizon_of_grid(section, file, z)
+    return _horizon_of_grid(section, file, kind, z)
 
 
-def _horizon_of_grid(section: HorizonSection, file: Path, z: Sign) -> Horizon:
-    grid, values = read_irap(file)
+def _horizon_of_grid(section: HorizonSection, file: Path, kind: Kind, z: Sign) -> Horizon:
+    grid, values = read_grid(file, kind)
     surface = grid_surface(section.name, grid, values if z == "elevation" else floats(-values))
     surface = replace(surface, file=file)
     if len(surface.triangles) == 0:
@@ -192,7 +192,7 @@ def _horizon_of_points(section: HorizonSection, file: Path, z: Sign) -> Horizon:
         from graben.modeling.fitting import fit_points
 
         try:
-            fitted = fit_points(picks, step, section.noise, section.name)
+            fitted = fit_points(picks, step, section.noise or 0.0, section.name)
         except ModelingError as error:
             raise InputError(f"{file}: {error}") from error
         surface, note = Surface(section.name, fitted.vertices, fitted.triangles), fitted.note
@@ -215,14 +215,13 @@ def _unfit_surface(name: str, picks: FloatArray) -> Surface:
 def _faults(section: FaultSection, path: Path, z: Sign) -> Iterator[Fault]:
     """Yield the faults of one [[faults]]: all that a file names, or the one with the name given."""
     file = _located(path, section.file, f"fault {section.name!r}" if section.name else "a fault")
-    is_mesh = mesh_kind_of(file) is not None
-    kind = Kind.TSURF if is_mesh else kind_of(file)
-    if kind in (Kind.IRAP_ASCII, Kind.IRAP_BINARY):
+    kind = kind_of(file)
+    if kind in GRIDS:
         raise InputError(
             f"{file} is a grid, which makes no fault; give a triangulated surface or fault sticks."
         )
-    if kind is Kind.TSURF:
-        objects = read_meshes(file) if is_mesh else read_tsurf(file)
+    if kind in SURFACES:
+        objects = read_surfaces(file, kind)
         if section.name is None:
             unnamed = next((o for o in objects if not o.named), None)
             if unnamed is not None:

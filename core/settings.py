@@ -33,7 +33,7 @@ class HorizonSection(_Section):
     name: Name
     file: Name
     step: Positive | None = None
-    noise: NotNegative = 0.0
+    noise: NotNegative | None = None
 
 
 class FaultSection(_Section):

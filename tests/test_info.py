@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from graben.errors import InputError
-from graben.formats.meshes import MeshKind
+from graben.formats.kinds import Kind
 from graben.info import GridInfo, PointsInfo, SticksInfo, SurfaceInfo, describe, surface_info
 from graben.surface import Surface
 from tests.formats.test_meshes import fault_files
+from tests.formats.zmap_samples import PLAIN
 from tests.test_reading import folder_of
 from tests.zoo.shapes import F60
 
@@ -40,7 +41,9 @@ def test_unfit_surfaces_are_described() -> None:
 
 def test_every_kind_is_described(tmp_path: Path) -> None:
     folder_of(tmp_path, "")
+    (tmp_path / "zmap").write_text(PLAIN)
     kinds = {
+        "zmap": GridInfo,
         "top.irap": GridInfo,
         "top.gri": GridInfo,
         "f1.ts": SurfaceInfo,
@@ -65,7 +68,7 @@ def test_every_kind_is_described(tmp_path: Path) -> None:
 def test_mesh_files_are_described(tmp_path: Path, suffix: str) -> None:
     info = describe(fault_files(tmp_path, F60)[suffix])
     (part,) = info.parts
-    assert isinstance(part, SurfaceInfo) and info.kind is MeshKind[suffix.upper()]
+    assert isinstance(part, SurfaceInfo) and info.kind is Kind[suffix.upper()]
     assert (part.vertices, part.triangles) == (len(F60.vertices), len(F60.triangles))
     assert part.mean_dip is not None and np.isclose(part.mean_dip, 60.0, atol=1e-3)
     assert info.signs[0].startswith("sign not stated")

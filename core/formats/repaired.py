@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 
 from graben.errors import InputError
-from graben.formats.irap import grid_surface, read_irap
-from graben.formats.kinds import Kind, kind_of
-from graben.formats.meshes import mesh_kind_of, read_meshes
+from graben.formats.grids import read_grid
+from graben.formats.irap import grid_surface
+from graben.formats.kinds import SURFACES, Kind, kind_of
+from graben.formats.meshes import read_surfaces
 from graben.formats.names import file_names
 from graben.formats.points import read_table
 from graben.formats.stick_surface import sticks_surface
 from graben.formats.sticks import read_sticks
-from graben.formats.tsurf import mirrored, read_tsurf
+from graben.formats.tsurf import mirrored
 from graben.formats.tsurf_writer import in_convention
 from graben.formats.writing import write_model_file, written_fault, written_horizon
 from graben.model import Horizon, Model
@@ -122,9 +123,9 @@ def _as_read(source: Path, surface: Surface, horizon: Horizon | None, model: Mod
 
 
 def _faults_in(source: Path, name: str, model: Model) -> Iterable[Surface]:
-    is_mesh = mesh_kind_of(source) is not None
-    if is_mesh or kind_of(source) is Kind.TSURF:
-        objects = read_meshes(source) if is_mesh else read_tsurf(source)
+    kind = kind_of(source)
+    if kind in SURFACES:
+        objects = read_surfaces(source, kind)
         # Of several, the name says which is meant.
         chosen = objects if len(objects) == 1 else [o for o in objects if o.surface.name == name]
         return [o.upward(model.z) for o in chosen]
@@ -139,7 +140,7 @@ def _horizon_as_read(source: Path, horizon: Horizon, model: Model) -> bool:
     if kind is Kind.TABLE:
         picks = in_convention(read_table(source, ("x", "y", "z"))[0], model.z)
         return np.array_equal(picks, horizon.picks, equal_nan=True)
-    grid, values = read_irap(source)
+    grid, values = read_grid(source, kind)
     surface = grid_surface(horizon.name, grid, values if model.z == "elevation" else -values)
     return grid == horizon.grid and _same(surface, horizon.surface)
 
@@ -147,7 +148,7 @@ def _horizon_as_read(source: Path, horizon: Horizon, model: Model) -> bool:
 def _horizon_keys(horizon: Horizon, source: Path, file: str) -> dict[str, Any]:
     """Return the keys of a horizon whose file was copied; a grid states its own step."""
     step = horizon.step if kind_of(source) in (Kind.TSURF, Kind.TABLE) else None
-    return {"name": horizon.name, "file": file, "step": step, "noise": horizon.noise or None}
+    return {"name": horizon.name, "file": file, "step": step, "noise": horizon.noise}
 
 
 def _ending(source: Path) -> str:

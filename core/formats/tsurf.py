@@ -1,7 +1,8 @@
 """GOCAD TSurf files: every dialect of the format in, one plain dialect out.
 
-An ATOM (PATOM) is read as the vertex it names: the file says that both are one place. Format: Paradigm's
-ASCII object files; what other readers get wrong is in ``docs/decisions/0002-formats.md``.
+An ATOM (PATOM) is read as the vertex it names: the file says that both are one place. A Model3d lists the
+surfaces that follow it in the file; what it says of z and of them counts where they say nothing. Format:
+Paradigm's ASCII object files; what other readers get wrong is in ``docs/decisions/0002-formats.md``.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ Sign = Literal["elevation", "depth"]
 # In a one-line header the name ends where the next key, such as "*solid*color:", or the brace begins.
 _NAME = re.compile(r"(?:^|[\s{])\*?name\s*:\s*(\"[^\"]*\"|.*?)\s*(?=\s[*\w]+\s*:|}|$)", re.IGNORECASE)
 _LARGEST_ID = 2**63 - 1
+_SURFACE, _MODEL = "TSURF", "MODEL3D"
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +40,14 @@ class TSurf:
         What ZPOSITIVE states; None where nothing is stated.
     named : bool
         Whether the object itself has a name (else the surface carries the file's).
+    role : str
+        What the file says that it is, in small letters, such as "fault" or "top"; empty where nothing.
     """
 
     surface: Surface
     z: Sign | None
     named: bool
+    role: str = ""
 
     def upward(self, z: Sign) -> Surface:
         """Return the surface with elevations; ``z`` is taken for the sign where the object states none."""
@@ -65,13 +70,19 @@ class _Rows:
 
 @dataclass
 class _Draft:
-    """What has been read of an object so far; ``block`` is the { } block that is open."""
+    """What has been read of an object so far; ``block`` is the { } block that is open.
 
+    ``roles`` are those that a Model3d gives to surfaces, by their names.
+    """
+
+    kind: str
     start: int
     name: str = ""
     feature: str = ""
+    role: str = ""
     z: Sign | None = None
     block: str = ""
+    roles: dict[str, str] = field(default_factory=dict)
     vertices: _Rows = field(default_factory=_Rows)
     atoms: _Rows = field(default_factory=_Rows)
     triangles: _Rows = field(default_factory=_Rows)
@@ -98,17 +109,25 @@ def read_tsurf(path: Path) -> list[TSurf]:
     InputError
         When the file is no TSurf file, is cut short, or a line cannot be read.
     """
-    drafts, others = _drafts(load_text(path).splitlines(), path)
-    if not drafts:
+    surfaces: list[TSurf] = []
+    others: set[str] = set()
+    model = _Draft(_MODEL, 0)
+    for draft in _drafts(load_text(path).splitlines(), path):
+        if draft.kind.upper() == _SURFACE:
+            surfaces.append(_finished(draft, model, path))
+            continue
+        others.add(shortened(draft.kind))
+        if draft.kind.upper() == _MODEL:
+            model = draft
+    if not surfaces:
         what = f"holds {', '.join(sorted(others))} but no TSurf object" if others else "holds no TSurf object"
         raise InputError(f"{path} {what}; export triangulated surfaces.")
-    return [_finished(draft, path) for draft in drafts]
+    return surfaces
 
 
-def _drafts(lines: list[str], path: Path) -> tuple[list[_Draft], set[str]]:
-    """Split a file into its TSurf objects, and name the kinds of the others."""
+def _drafts(lines: list[str], path: Path) -> list[_Draft]:
+    """Split a file into its objects; what those of other kinds hold is passed over."""
     drafts: list[_Draft] = []
-    others: set[str] = set()
     draft: _Draft | None = None
     start = 0  # line in which the open object began; 0 between objects
     for number, line in enumerate(lines, start=1):
@@ -123,12 +142,8 @@ def _drafts(lines: list[str], path: Path) -> tuple[list[_Draft], set[str]]:
                     "so the file is damaged; export it again."
                 )
             start = number
-            kind = words[1] if len(words) > 1 else ""
-            draft = _Draft(number) if kind.upper() == "TSURF" else None
-            if draft is None:
-                others.add(shortened(kind))
-            else:
-                drafts.append(draft)
+            drafts.append(_Draft(words[1] if len(words) > 1 else "", number))
+            draft = drafts[-1] if drafts[-1].kind.upper() in (_SURFACE, _MODEL) else None
         elif key == "END" and start:
             start, draft = 0, None
         elif draft is not None:
@@ -142,7 +157,7 @@ def _drafts(lines: list[str], path: Path) -> tuple[list[_Draft], set[str]]:
         raise InputError(
             f"{path}: the object from line {start} has no END, so the file is cut short; export it again."
         )
-    return drafts, others
+    return drafts
 
 
 def _take(draft: _Draft, line: str, words: list[str], number: int, path: Path) -> None:
@@ -163,6 +178,11 @@ def _take(draft: _Draft, line: str, words: list[str], number: int, path: Path) -
             draft.block = ""
     elif key == "GEOLOGICAL_FEATURE":
         draft.feature = _unquoted(line[len(key) :])
+    elif key == "GEOLOGICAL_TYPE":
+        draft.role = _unquoted(line[len(key) :]).lower()
+    elif key == "TFACE" and len(words) > 3:
+        # In a Model3d: number, role and surface of a part.
+        draft.roles[" ".join(words[3:])] = words[2].lower()
     elif key == "ZPOSITIVE":
         signs: dict[str, Sign] = {"elevation": "elevation", "depth": "depth"}
         sign = words[1] if len(words) > 1 else ""
@@ -177,8 +197,8 @@ def _unquoted(text: str) -> str:
     return text.strip().strip('"').strip()
 
 
-def _finished(draft: _Draft, path: Path) -> TSurf:
-    """Turn the words of an object into its surface."""
+def _finished(draft: _Draft, model: _Draft, path: Path) -> TSurf:
+    """Turn the words of an object into its surface; ``model`` is the Model3d that lists it."""
     if not draft.triangles.words:
         raise InputError(
             f"{path}: the object from line {draft.start} holds no triangle (TRGL); export it as a surface."
@@ -189,15 +209,15 @@ def _finished(draft: _Draft, path: Path) -> TSurf:
     known = np.concatenate([ids, atoms[:, 0]])
     _reject_repeated(known, draft.vertices.lines + draft.atoms.lines, path)
     rows = np.concatenate([np.arange(len(ids)), _atom_rows(ids, atoms)])
-    name = draft.name or draft.feature
+    name, z = draft.name or draft.feature, draft.z or model.z
     surface = Surface(
         name or path.stem,
-        mirrored(vertices) if draft.z == "depth" else vertices,
+        mirrored(vertices) if z == "depth" else vertices,
         ints(_looked_up(known, rows, _whole_numbers(draft.triangles, slice(1, 4), path))),
         ints(draft.triangles.lines),
         path,
     )
-    return TSurf(surface, draft.z, bool(name))
+    return TSurf(surface, z, bool(name), draft.role or model.roles.get(name, ""))
 
 
 def mirrored(vertices: FloatArray) -> FloatArray:

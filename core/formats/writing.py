@@ -123,7 +123,7 @@ def written_horizon(model: Model, horizon: Horizon, folder: Path, stem: str) -> 
         keys["file"] = f"{stem}.ts"
         keys["step"] = horizon.step
         _write_surface(model, horizon.surface, folder / keys["file"], "top")
-    if horizon.noise:
+    if horizon.noise is not None:
         keys["noise"] = horizon.noise
     return keys
 

@@ -81,22 +81,36 @@ def test_rotation_turns_counter_clockwise_and_x_runs_first(tmp_path: Path) -> No
     assert np.allclose(nodes[1, 0], [100, 210]) and np.allclose(nodes[0, 1], [80, 200])
 
 
-@pytest.mark.parametrize("rotation", [0.0, 30.0, -75.0])
-@pytest.mark.parametrize(("fx", "fy"), [(-1, 1), (1, -1), (-1, -1)])
-def test_a_grid_that_counts_backwards_is_the_same_surface(
-    tmp_path: Path, rotation: float, fx: int, fy: int
-) -> None:
-    backwards = GridGeometry(4, 3, fx * 10.0, fy * 20.0, (100.0, 200.0), rotation)
+def places(grid: GridGeometry, z: np.ndarray) -> np.ndarray:
+    """The defined nodes in space, in one order, by the formula of the format, however the grid counts."""
+    a, (x, y) = np.radians(grid.rotation), grid.origin
+    i, j = np.indices(z.shape)
+    along, across = i * grid.dx, j * grid.dy
+    rows = np.stack(
+        [x + along * np.cos(a) - across * np.sin(a), y + along * np.sin(a) + across * np.cos(a), z], axis=-1
+    )[np.isfinite(z)]
+    return rows[np.lexsort(np.round(rows, 3).T)]
+
+
+@pytest.mark.parametrize("rotation", [0.0, 30.0, 120.0, -75.0])
+@pytest.mark.parametrize(("fx", "fy"), [(1, 1), (-1, 1), (1, -1), (-1, -1)])
+def test_a_grid_of_either_hand_is_the_same_surface(tmp_path: Path, rotation: float, fx: int, fy: int) -> None:
+    """A negative step in y is how xtgeo and RMS write a grid that they call flipped."""
+    grid = GridGeometry(4, 3, fx * 10.0, fy * 20.0, (465_100.0, 5_932_000.0), rotation)
     u = values()
-    write_irap_ascii(tmp_path / "g", backwards, floats(u))
-    geometry, back = read_irap(tmp_path / "g")
-    assert geometry.dx > 0 and geometry.dy > 0
-
-    def places(grid: GridGeometry, z: np.ndarray) -> np.ndarray:
-        rows = np.concatenate([grid.nodes().reshape(-1, 2), np.nan_to_num(z).reshape(-1, 1)], axis=1)
-        return rows[np.lexsort(np.round(rows, 6).T)]
-
-    assert np.allclose(places(geometry, back), places(backwards, u), rtol=0, atol=1e-9)
+    write_irap_ascii(tmp_path / "ascii", grid, floats(u))
+    write_irap_binary(tmp_path / "binary", grid, floats(u))
+    for name, z in (("ascii", u), ("binary", u.astype(np.float32).astype(float))):
+        geometry, back = read_irap(tmp_path / name)
+        assert geometry.dx > 0 and geometry.dy > 0 and geometry.rotation == rotation
+        assert np.allclose(places(geometry, back), places(grid, z), rtol=0, atol=1e-8)
+        # once it counts forwards, it is written as it was read, to the byte
+        write = write_irap_ascii if name == "ascii" else write_irap_binary
+        write(tmp_path / "again", geometry, back)
+        write(tmp_path / "twice", *read_irap(tmp_path / "again"))
+        again = (tmp_path / "again").read_bytes()
+        assert (tmp_path / "twice").read_bytes() == again
+        assert ((tmp_path / name).read_bytes() == again) == (fx > 0 and fy > 0)
 
 
 def test_a_grid_is_a_surface_of_its_defined_nodes() -> None:

@@ -19,6 +19,7 @@ from graben.pipeline import check
 from graben.reading import read_model
 from graben.surface import Surface
 from tests.formats.test_meshes import fault_files
+from tests.formats.zmap_samples import PLAIN
 from tests.reports.check_models import EVIL
 from tests.zoo.shapes import F60
 
@@ -52,12 +53,14 @@ def stored(folder: Path) -> Model:
     plain = (folder / "alone").read_text().replace("ZPOSITIVE Depth\n", "")
     (folder / "alone").write_text(plain)
     (folder / "sticks.pol").write_text(STICKS)
+    (folder / "grid.zmap").write_text(PLAIN)
     rng = np.random.default_rng(0)
     picks = np.round(np.c_[rng.uniform(0, 1000, (300, 2)), rng.uniform(1000, 1020, 300)], 3)
     np.savetxt(folder / "points.csv", picks, "%.3f", delimiter=";", header="X;Y;Z", comments="")
     entries = "\n".join(
         [
             '[[horizons]]\nname = "P"\nfile = "points.csv"\nnoise = 2.0',
+            '[[horizons]]\nname = "G"\nfile = "grid.zmap"',
             '[[faults]]\nfile = "deep/both.ts"\ngamma = 250.0',
             '[[faults]]\nname = "F3"\nfile = "alone"',
             '[[faults]]\nname = "F4"\nfile = "sticks.pol"\ngamma = 111.0',
@@ -94,7 +97,7 @@ def settings(model: Model) -> tuple[object, ...]:
 def test_a_model_that_did_not_change_is_copied_to_the_byte(tmp_path: Path) -> None:
     model = stored(tmp_path / "in")
     path = write_repaired(model, model, tmp_path / "out")
-    for source in ("deep/both.ts", "alone", "sticks.pol", "points.csv"):
+    for source in ("deep/both.ts", "alone", "sticks.pol", "points.csv", "grid.zmap"):
         copy = tmp_path / "out" / Path(source).name
         assert copy.read_bytes() == (tmp_path / "in" / source).read_bytes()
     again = read_model(path)

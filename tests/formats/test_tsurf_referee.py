@@ -32,8 +32,14 @@ for path, out in zip(sys.argv[1::2], sys.argv[2::2]):
     np.savez(out, vertices=np.array(vertices), triangles=np.array(triangles))
 """
 
-#: What it does not read: headers in one line; ids that are not counted up one by one.
-UNREAD = {"one-line header", "one-line header, more keys", "ids with gaps, unordered"}
+#: What it does not read: headers in one line; ids that are not counted up one by one; the sign of z of the
+#: Model3d that lists a surface.
+UNREAD = {
+    "one-line header",
+    "one-line header, more keys",
+    "ids with gaps, unordered",
+    "Model3d of depths",
+}
 
 
 def refereed(files: list[Path], folder: Path) -> list[np.ndarray]:

@@ -17,6 +17,7 @@ from graben.formats.geojson import write_geojson
 from graben.formats.names import file_names
 from graben.formats.tables import write_cutoffs
 from graben.formats.vtp import write_vtp
+from graben.formats.vtu import write_vtu
 from graben.surface import Surface
 
 
@@ -90,3 +91,21 @@ def test_file_names_differ_and_are_plain(names: list[str]) -> None:
     assert all(
         len(name) <= 80 and all(c.isascii() and (c.isalnum() or c in "._-") for c in name) for name in result
     )
+
+
+@pytest.mark.parametrize(("z", "sign"), [("elevation", 1), ("depth", -1)])
+def test_vtu_holds_several_surfaces_apart_and_is_the_same_each_time(
+    tmp_path: Path, z: str, sign: int
+) -> None:
+    one = Surface("F 1", np.eye(3) / 3 + 5e5, [[0, 1, 2]])
+    other = Surface("ü", np.arange(12).reshape(4, 3) / 7, [[0, 1, 2], [1, 3, 2]])
+    for name in ("a.vtu", "b.vtu"):
+        write_vtu(tmp_path / name, [one, other], z="depth" if z == "depth" else "elevation")
+    mesh = pyvista.read(tmp_path / "a.vtu")
+    assert mesh.points.dtype == np.float64
+    for k, surface in enumerate((one, other)):
+        part = mesh.extract_cells(mesh.cell_data["surface"] == k)
+        assert mesh.field_data["names"][k] == surface.name
+        assert np.array_equal(part.points * [1, 1, sign], surface.vertices)
+        assert part.cells.reshape(-1, 4)[:, 1:].tolist() == surface.triangles.tolist()
+    assert (tmp_path / "a.vtu").read_bytes() == (tmp_path / "b.vtu").read_bytes()

@@ -66,7 +66,7 @@ def cliffs(
     pairs = _close_pairs(horizon.picks, horizon.step)
     difference = horizon.picks[pairs[:, 0]] - horizon.picks[pairs[:, 1]]
     rise, run = np.abs(difference[:, 2]), np.hypot(difference[:, 0], difference[:, 1])
-    jump = max(JUMP * horizon.step, NOISE_JUMP * horizon.noise)
+    jump = max(JUMP * horizon.step, NOISE_JUMP * (horizon.noise or 0.0))
     excess = rise - np.tan(np.radians(steepest)) * run - jump
     pairs, rise, run, excess = (array[excess > 0] for array in (pairs, rise, run, excess))
     free = ~_excused(model, horizon, faults, pairs)
