@@ -13,25 +13,43 @@ BoolArray = NDArray[np.bool_]
 
 
 def floats(values: ArrayLike, *shape: int) -> FloatArray:
-    """Return a read-only float64 copy, reshaped to ``shape`` where one is given.
+    """Return a read-only float64 array, reshaped to ``shape`` where one is given.
+
+    A copy, but for an array that is one already and was frozen here: a value made from the arrays of
+    another, such as a moved surface, shares them.
 
     >>> floats([[0, 1, 2]], -1, 3).flags.writeable
     False
     """
-    return _frozen(np.array(values, dtype=np.float64), shape)
+    return _frozen(values, np.dtype(np.float64), shape)
 
 
 def ints(values: ArrayLike, *shape: int) -> IntArray:
-    """Return a read-only int64 copy, reshaped to ``shape`` where one is given."""
-    return _frozen(np.array(values, dtype=np.int64), shape)
+    """Return a read-only int64 array, reshaped to ``shape`` where one is given, as :func:`floats` does."""
+    return _frozen(values, np.dtype(np.int64), shape)
 
 
 def bools(values: ArrayLike, *shape: int) -> BoolArray:
-    """Return a read-only boolean copy, reshaped to ``shape`` where one is given."""
-    return _frozen(np.array(values, dtype=np.bool_), shape)
+    """Return a read-only boolean array, reshaped to ``shape`` where one is given, as :func:`floats` does."""
+    return _frozen(values, np.dtype(np.bool_), shape)
 
 
-def _frozen(array: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
-    result = array.reshape(shape) if shape else array
-    result.flags.writeable = False
-    return result
+def _frozen(values: ArrayLike, kind: np.dtype[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    if type(values) is np.ndarray and values.dtype == kind and _is_frozen(values):
+        return values.reshape(shape) if shape else values
+    array = np.array(values, dtype=kind)
+    array.flags.writeable = False
+    # a reshaped view of a read-only array is read-only too
+    return array.reshape(shape) if shape else array
+
+
+def _is_frozen(array: NDArray[Any]) -> bool:
+    """Return whether an array is one block that nobody can write to: nor can what it is a view of."""
+    if not array.flags.c_contiguous:
+        return False
+    seen: Any = array
+    while isinstance(seen, np.ndarray):
+        if seen.flags.writeable:
+            return False
+        seen = seen.base
+    return seen is None

@@ -137,11 +137,13 @@ def run(
     if resume:
         require_resumable(output, inputs)
     from graben.cluster import cluster
+    from graben.memory import keep_freed
     from graben.pipeline import build
     from graben.reading import read_model
     from graben.reports.summary import summary
     from graben.reports.writing import write_run
 
+    keep_freed()
     with progress(quiet) as say, cluster(scheduler) as executor:
         say("read", str(model))
         read = read_model(model)

@@ -12,6 +12,7 @@ import numpy as np
 from graben.arrays import FloatArray, IntArray, floats, ints
 
 if TYPE_CHECKING:
+    import pandas
     import pyvista
 
 
@@ -201,6 +202,12 @@ class CheckResult:
             "passed": self.passed,
             "findings": [f.as_dict(self.z_factor) for f in self.findings],
         }
+
+    def table(self) -> pandas.DataFrame:
+        """Return the findings as a table: see :func:`graben.finding_table.findings_table`."""
+        from graben.finding_table import findings_table
+
+        return findings_table(self)
 
     def counts(self) -> Mapping[Status, int]:
         """Return the number of findings of each status."""

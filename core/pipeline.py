@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from graben import tables
 from graben.arrays import FloatArray
 from graben.cleaning.ledger import Left, RepairAction
 from graben.cutgraph import CutGraph
@@ -17,12 +18,14 @@ from graben.horizons import Kept, modeled
 from graben.keeping import NotKeptError, from_bytes, to_bytes
 from graben.model import Model
 from graben.modeling.crossing import crossings
+from graben.modeling.quality import quality
 from graben.modeling.results import HorizonResult
 from graben.repairs import Look, mended
 from graben.stages import Progress, Stages, examined, peak_memory_mb, quiet
 from graben.validators.runner import run_checks, shifted
 
 if TYPE_CHECKING:
+    import pandas
     import pyvista
 
 #: Under this the outcome of the repair is kept.
@@ -83,6 +86,22 @@ class RunResult:
         from html import escape
 
         return f"<pre>{escape(repr(self))}</pre>{self.after._repr_html_()}"
+
+    def cutoffs(self) -> pandas.DataFrame:
+        """Return all cutoffs: see :func:`graben.tables.cutoffs_table`."""
+        return tables.cutoffs_table(self)
+
+    def throws(self) -> pandas.DataFrame:
+        """Return throw and length of each fault on each horizon: see :func:`graben.tables.throws_table`."""
+        return tables.throws_table(self)
+
+    def iterations(self) -> pandas.DataFrame:
+        """Return the course of each iteration: see :func:`graben.tables.iterations_table`."""
+        return tables.iterations_table(self)
+
+    def misfit(self) -> pandas.DataFrame:
+        """Return the misfit by distance from the faults: see :func:`graben.tables.misfit_table`."""
+        return tables.misfit_table(self)
 
     def to_pyvista(self) -> pyvista.MultiBlock:
         """Return horizons and faults as a named ``pyvista.MultiBlock``."""
@@ -179,7 +198,7 @@ def build(
     look = gate.look
     mending = time.perf_counter() - begin - look.seconds - look.stages.seconds
     rebuilt, not_modeled = modeled(gate.repaired, look, say, executor, kept)
-    horizons = _with_crossings(rebuilt, gate.repaired)
+    horizons = _with_doubts(rebuilt, gate.repaired)
     seconds = {key: sum(h.seconds.get(key, 0.0) for h in horizons) for key in ("solve", "move", "deform")}
     iterations = sum(s.iterations for h in horizons for s in h.subdomains)
     timings = {
@@ -205,11 +224,20 @@ def build(
     )
 
 
-def _with_crossings(horizons: Sequence[HorizonResult], model: Model) -> tuple[HorizonResult, ...]:
-    """Return the horizons, those that another crosses now with a warning that says where."""
+def _with_doubts(horizons: Sequence[HorizonResult], model: Model) -> tuple[HorizonResult, ...]:
+    """Return the horizons with warnings of what is doubtful about them, and of where one crosses another."""
     found = crossings(horizons, [f.surface for f in model.faults], model.tolerance)
-    said = {h.name: tuple(str(c) for c in found if c.upper == h.name) for h in horizons}
-    return tuple(replace(h, warnings=h.warnings + said[h.name]) if said[h.name] else h for h in horizons)
+    return tuple(
+        replace(
+            h,
+            warnings=(
+                *h.warnings,
+                *(str(c) for c in found if c.upper == h.name),
+                *(str(doubt) for doubt in quality(h, model)),
+            ),
+        )
+        for h in horizons
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import igl
 import numpy as np
 import shapely
 
-from graben.arrays import FloatArray, IntArray
+from graben.arrays import BoolArray, FloatArray, IntArray
+
+#: Points that a cell of :class:`PlanIndex` has in the mean: fewer cells cost less to walk through.
+_IN_CELL = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +77,49 @@ def nearest(points: FloatArray, vertices: FloatArray, simplices: IntArray) -> Ne
     return Simplices(vertices[:, : points.shape[1]], simplices).nearest(points)
 
 
+class PlanIndex:
+    """Points that are asked again and again which of them lie in a box of the plan.
+
+    Parameters
+    ----------
+    points : (n, 2) or (n, 3) array
+        Model units; those that are not finite lie in no box.
+    """
+
+    def __init__(self, points: FloatArray) -> None:
+        self.points = points
+        plan = points[:, :2]
+        fit = np.flatnonzero(np.isfinite(plan).all(axis=1))
+        plan = plan[fit]
+        self._low = plan.min(axis=0) if len(fit) else np.zeros(2)
+        high = plan.max(axis=0) if len(fit) else np.zeros(2)
+        self._count = math.isqrt(len(fit) // _IN_CELL) + 1
+        self._cell = np.where(high > self._low, (high - self._low) / self._count, 1.0)
+        i, j = self._cells(plan)
+        key = i * self._count + j
+        self._order = fit[np.argsort(key, kind="stable")]
+        self._starts = np.append(0, np.cumsum(np.bincount(key, minlength=self._count**2)))
+
+    def within(self, low: FloatArray, high: FloatArray) -> IntArray:
+        """Return which points lie in the box between two corners (2,), sides included, ascending.
+
+        >>> index = PlanIndex(np.array([[0.0, 0], [1, 1], [2, 2], [3, 3]]))
+        >>> index.within(np.ones(2), np.full(2, 2.5)).tolist()
+        [1, 2]
+        """
+        (i, i_end), (j, j_end) = self._cells(np.stack([low, high]))
+        columns = np.arange(i, i_end + 1) * self._count
+        parts = [self._order[self._starts[c + j] : self._starts[c + j_end + 1]] for c in columns.tolist()]
+        found = np.sort(np.concatenate([self._order[:0], *parts]))
+        plan = self.points[found, :2]
+        return found[((plan >= low) & (plan <= high)).all(axis=1)]
+
+    def _cells(self, plan: FloatArray) -> tuple[IntArray, IntArray]:
+        """Return column and row of the cell of each place (k, 2), the nearest for one outside."""
+        i, j = np.clip((plan - self._low) / self._cell, 0, self._count - 1).astype(np.int64).T
+        return i, j
+
+
 def _in_space(points: FloatArray) -> FloatArray:
     """Return points with three columns, in one block of memory."""
     if points.shape[1] < 3:
@@ -94,6 +141,48 @@ def boxes(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatA
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     low = np.minimum(np.minimum(a, b), c)
     return low, np.maximum(np.maximum(a, b), c)
+
+
+def boxes_over(low: FloatArray, high: FloatArray, other_low: FloatArray, other_high: FloatArray) -> BoolArray:
+    """Return which boxes may meet one of some others in plan, (n,); those left out certainly do not.
+
+    On a raster over the others: much faster than a tree where most boxes are far from all of them.
+
+    Parameters
+    ----------
+    low, high : (n, 2 or 3) arrays
+        Least and greatest corners.
+    other_low, other_high : (k, 2 or 3) arrays
+        Those of the others.
+
+    >>> low = np.array([[0.0, 0], [5, 5], [9, 9]])
+    >>> boxes_over(low, low + 1, low[1:2], low[1:2] + 1).tolist()
+    [False, True, False]
+    """
+    if not len(low) or not len(other_low):
+        return np.zeros(len(low), dtype=bool)
+    start, end = other_low[:, :2].min(axis=0), other_high[:, :2].max(axis=0)
+    # as many cells as boxes: what the raster costs is of the order of what the boxes do
+    count = math.isqrt(len(low) + len(other_low)) + 1
+    cell = np.where(end > start, (end - start) / count, 1.0)
+
+    def places(corners: FloatArray) -> tuple[IntArray, IntArray]:
+        i, j = np.clip((corners[:, :2] - start) / cell, -1.0, count).astype(np.int64).T
+        return i, j
+
+    (i, j), (i_end, j_end) = places(other_low), places(other_high)
+    # each box adds one from its first cell on and takes it away after its last
+    size = count + 2
+    change = np.zeros((size, size), dtype=np.int64)
+    for u, v, sign in ((i, j, 1), (i_end + 1, j, -1), (i, j_end + 1, -1), (i_end + 1, j_end + 1, 1)):
+        change += sign * np.bincount(u * size + v, minlength=size * size).reshape(size, size)
+    covered = change.cumsum(axis=0).cumsum(axis=1) > 0
+    total = np.zeros((size + 1, size + 1), dtype=np.int64)
+    total[1:, 1:] = covered.cumsum(axis=0).cumsum(axis=1)
+    beyond = ((high[:, :2] < start) | (low[:, :2] > end)).any(axis=1)
+    i, j, i_end, j_end = (np.maximum(p, 0) for corners in (low, high) for p in places(corners))
+    within = total[i_end + 1, j_end + 1] - total[i, j_end + 1] - total[i_end + 1, j] + total[i, j]
+    return np.asarray((within > 0) & ~beyond, dtype=bool)
 
 
 def box_pairs(

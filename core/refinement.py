@@ -11,11 +11,13 @@ from scipy.sparse.csgraph import connected_components
 
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.complexes import Complex
-from graben.proximity import box_pairs, boxes
+from graben.proximity import box_pairs, boxes, boxes_over
 from graben.surface import Surface
 
 #: Intersections that one triangle may have; above it the library would drop the triangle silently.
 _CUTOFF = 1_000_000
+#: Heights over a plane below this share of what they are sums of may be rounding: a hundred times more.
+_ROUNDING = 1e-12
 #: Coordinates nearer to 0 are 0: exact arithmetic on numbers such as 1e-308 does not come to an end.
 _NOTHING = 1e-100
 
@@ -23,8 +25,8 @@ _NOTHING = 1e-100
 def refined(surfaces: Sequence[Surface]) -> Complex:
     """Return the exact common refinement of surfaces, with shared vertices shared by index.
 
-    Only triangles whose bounding boxes meet a box of another surface go through exact arithmetic; all
-    others are kept as they are. Vertices equal to the bit become one.
+    Only triangles that may meet one of another surface go through exact arithmetic; all others are kept as
+    they are. Vertices equal to the bit become one.
 
     Parameters
     ----------
@@ -46,9 +48,10 @@ def refined(surfaces: Sequence[Surface]) -> Complex:
     parent = np.concatenate([np.arange(len(s.triangles)) for s in surfaces] or [np.zeros(0, int)])
     near = meeting_triangles(vertices, triangles, owner)
     if near.any():
+        asked, corners = np.unique(triangles[near], return_inverse=True)
         new, faces, _, birth, unique = igl.copyleft.cgal.remesh_self_intersections(
-            np.ascontiguousarray(vertices),
-            np.ascontiguousarray(triangles[near], dtype=np.int64),
+            np.ascontiguousarray(vertices[asked]),
+            np.ascontiguousarray(corners.reshape(-1, 3), dtype=np.int64),
             False,
             False,
             False,
@@ -65,7 +68,10 @@ def refined(surfaces: Sequence[Surface]) -> Complex:
 
 
 def meeting_triangles(vertices: FloatArray, triangles: IntArray, owner: IntArray) -> BoolArray:
-    """Return which triangles have a bounding box that meets a box of another surface, shape (m,)."""
+    """Return which triangles may meet one of another surface, shape (m,); all others certainly do not.
+
+    Their bounding boxes meet, and neither lies on one side of the plane of the other.
+    """
     near = np.zeros(len(triangles), dtype=bool)
     if len(np.unique(owner)) < 2:
         return near
@@ -83,19 +89,46 @@ def meeting_triangles(vertices: FloatArray, triangles: IntArray, owner: IntArray
             np.flatnonzero((highs[k] >= box_low).all(axis=1) & (lows[k] <= box_high).all(axis=1))
             for k in (a, b)
         )
+        second = second[boxes_over(lows[b][second], highs[b][second], lows[a][first], highs[a][first])]
+        first = first[boxes_over(lows[a][first], highs[a][first], lows[b][second], highs[b][second])]
         pairs = box_pairs(lows[a][first], highs[a][first], lows[b][second], highs[b][second])
-        near[rows[a][first[pairs[:, 0]]]] = True
-        near[rows[b][second[pairs[:, 1]]]] = True
+        one, two = rows[a][first[pairs[:, 0]]], rows[b][second[pairs[:, 1]]]
+        apart = _beside(vertices, triangles[one], triangles[two])
+        apart |= _beside(vertices, triangles[two], triangles[one])
+        near[one[~apart]] = True
+        near[two[~apart]] = True
     return near
+
+
+def _beside(vertices: FloatArray, planes: IntArray, triangles: IntArray) -> BoolArray:
+    """Return which triangles (p, 3) certainly lie on one side of the plane of another each, (p, 3)."""
+    a, b, c = (vertices[planes[:, k]] for k in range(3))
+    u, v = b - a, c - a
+    normal = np.cross(u, v)
+    away = [vertices[triangles[:, k]] - a for k in range(3)]
+    height = np.stack([(w * normal).sum(axis=1) for w in away])
+    size = np.sqrt(np.max([(w**2).sum(axis=1) for w in away], axis=0))
+    unsure = _ROUNDING * np.sqrt((u**2).sum(axis=1) * (v**2).sum(axis=1)) * size
+    return np.asarray((height > unsure).all(axis=0) | (height < -unsure).all(axis=0), dtype=bool)
 
 
 def _welded(vertices: FloatArray, triangles: IntArray, owner: IntArray, parent: IntArray) -> Complex:
     """Merge vertices equal to the bit, leave out unused ones and the triangles that collapse."""
-    used, flat = np.unique(triangles, return_inverse=True)
-    unique, index = np.unique(vertices[used] + 0.0, axis=0, return_inverse=True)
-    faces = index.reshape(-1)[flat].reshape(-1, 3)
+    used = np.zeros(len(vertices), dtype=bool)
+    used[triangles] = True
+    points = vertices[used] + 0.0
+    # as np.unique along an axis, but with the runs that the order of a grid has
+    order = np.lexsort(points.T[::-1])
+    points = points[order]
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = (points[1:] != points[:-1]).any(axis=1)
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.cumsum(new) - 1
+    index = np.full(len(vertices), -1)
+    index[used] = place
+    faces = index[triangles]
     whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
-    return Complex(unique, faces[whole], owner[whole], parent[whole])
+    return Complex(points[new], faces[whole], owner[whole], parent[whole])
 
 
 def component_labels(count: int, pairs: IntArray) -> IntArray:

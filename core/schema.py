@@ -33,6 +33,11 @@ def _list(items: dict[str, Any]) -> dict[str, Any]:
     return {"type": "array", "items": items}
 
 
+def _names() -> dict[str, Any]:
+    """Return the schema of texts by name: paths of files by what they are, reasons by what they concern."""
+    return {"type": "object", "additionalProperties": _TEXT}
+
+
 def _or_null(schema: dict[str, Any]) -> dict[str, Any]:
     return {"anyOf": [schema, {"type": "null"}]}
 
@@ -87,6 +92,8 @@ def _report() -> dict[str, Any]:
         },
         {
             "left": _list(_left()),
+            "files": _names(),
+            "not_written": _names(),
             "faults": _list(_fault()),
             "blocks": _blocks(),
             "horizons": _list(_horizon()),
@@ -191,7 +198,7 @@ def _horizon() -> dict[str, Any]:
     return _object(
         {
             "name": _TEXT,
-            "files": {"type": "object", "additionalProperties": _TEXT},
+            "files": _names(),
             "nodes": _COUNT,
             "unknowns": _COUNT,
             "subdomains": _list(subdomain),

@@ -15,7 +15,7 @@ from graben.complexes import Complex
 from graben.cutgraph import CutGraph
 from graben.finding import CheckResult, Profile
 from graben.model import Horizon, Model
-from graben.modeling.filling import ON_GRID, filled
+from graben.modeling.filling import ON_GRID, filled, has_undefined
 from graben.modeling.preparation import CutHorizon, prepared
 from graben.modeling.tracing import cut_graph
 from graben.refinement import refined
@@ -49,7 +49,7 @@ class Stages:
         start = time.perf_counter()
         self._progress("trace", horizon.name)
         whole, count = horizon, 0
-        for fault in model.faults:
+        for fault in model.faults if has_undefined(horizon) else ():
             whole, more = filled(whole, (fault,), model.gamma(fault, horizon))
             count += more
         if count:

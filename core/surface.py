@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graben.arrays import FloatArray, IntArray, floats, ints
+from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
 
 if TYPE_CHECKING:
     import pyvista
@@ -54,6 +55,11 @@ class Surface:
     def __repr__(self) -> str:
         plural = "" if len(self.triangles) == 1 else "s"
         return f"Surface {self.name!r}: {len(self.vertices)} vertices, {len(self.triangles)} triangle{plural}"
+
+    @cached_property
+    def rim(self) -> IntArray:
+        """The edges with one triangle, directed as in that triangle, shape (b, 2)."""
+        return boundary_edges(self.triangles)
 
     @property
     def median_edge(self) -> float:
@@ -157,19 +163,39 @@ def edge_table(triangles: IntArray) -> tuple[IntArray, IntArray]:
     >>> sides.tolist()
     [[2, 1, 0], [3, 4, 2]]
     """
-    pairs = np.concatenate([triangles[:, [1, 2]], triangles[:, [2, 0]], triangles[:, [0, 1]]])
-    base = int(pairs.max()) + 1 if pairs.size else 1
-    keys = np.minimum(pairs[:, 0], pairs[:, 1]) * base + np.maximum(pairs[:, 0], pairs[:, 1])
-    # a stable sort uses the runs that a surface's own order has: several times as fast as np.unique there
-    order = np.argsort(keys, kind="stable")
-    ordered = keys[order]
-    new = np.ones(len(keys), dtype=bool)
-    new[1:] = ordered[1:] != ordered[:-1]
-    inverse = np.empty(len(keys), dtype=np.int64)
+    order, ordered, new = _ordered_sides(triangles)
+    inverse = np.empty(len(order), dtype=np.int64)
     inverse[order] = np.cumsum(new) - 1
-    unique = ordered[new]
+    unique, base = ordered[new], _base(triangles)
     edges = np.stack([unique // base, unique % base], axis=1)
     return ints(edges, -1, 2), ints(inverse.reshape(3, -1).T)
+
+
+def _ordered_sides(triangles: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
+    """Return the sides of triangles (m, 3) in the order of their edges.
+
+    Returns
+    -------
+    order : (3 m,) array
+        The sides: k m + t is that opposite to corner k of triangle t.
+    keys : (3 m,) array
+        Of their edges, ascending: the smaller vertex index times :func:`_base`, plus the other.
+    new : (3 m,) bool array
+        Where the next edge begins.
+    """
+    a, b, c = triangles.T
+    first, second = np.concatenate([b, c, a]), np.concatenate([c, a, b])
+    keys = np.minimum(first, second) * _base(triangles) + np.maximum(first, second)
+    # a stable sort uses the runs that a surface's own order has: several times as fast as np.unique there
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    new = np.ones(len(keys), dtype=bool)
+    new[1:] = keys[1:] != keys[:-1]
+    return order, keys, new
+
+
+def _base(triangles: IntArray) -> int:
+    return int(triangles.max(initial=0)) + 1
 
 
 def edge_sharing(sides: IntArray, edge_count: int) -> IntArray:
@@ -200,9 +226,12 @@ def strong_components(triangles: IntArray) -> IntArray:
 
 def boundary_edges(triangles: IntArray) -> IntArray:
     """Return the edges with one triangle, directed as in that triangle, shape (b, 2)."""
-    edges, sides = edge_table(triangles)
-    single = edge_sharing(sides, len(edges))[sides] == 1
-    t, k = np.nonzero(single)
+    order, _, new = _ordered_sides(triangles)
+    alone = new.copy()
+    alone[:-1] &= new[1:]
+    k, t = np.divmod(order[alone], max(len(triangles), 1))
+    as_given = np.argsort(3 * t + k)
+    k, t = k[as_given], t[as_given]
     return ints(np.stack([triangles[t, (k + 1) % 3], triangles[t, (k + 2) % 3]], axis=1), -1, 2)
 
 

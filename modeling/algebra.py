@@ -11,9 +11,10 @@ from importlib import import_module
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from graben.arrays import FloatArray, IntArray, floats, ints
+from graben.arrays import FloatArray, floats, ints
 from graben.errors import ModelingError
 
 # A factor that returns a known solution with a larger relative error than this has lost it to rounding.
@@ -37,8 +38,11 @@ class Factor(Protocol):
 class Analysis(Protocol):
     """What is known of a pattern before any value is."""
 
-    def factor(self, matrix: csc_array) -> Factor:
+    def factor(self, matrix: csc_array, *, probe: bool = True) -> Factor:
         """Return the factor of a symmetric positive definite matrix of the analysed pattern.
+
+        Without ``probe``, which costs one solve, a matrix that is nearly singular may pass, and one that is
+        not positive definite may show on the first solve only.
 
         Raises
         ------
@@ -85,8 +89,8 @@ class CholmodAnalysis:
     def __init__(self, matrix: csc_array) -> None:
         kvxopt = _kvxopt()
         matrix = _sorted(matrix)
-        self._indptr, self._indices = ints(matrix.indptr), ints(matrix.indices)
-        columns = np.repeat(np.arange(matrix.shape[1]), np.diff(self._indptr))
+        self._indptr, self._indices = matrix.indptr.copy(), matrix.indices.copy()
+        columns = np.repeat(np.arange(matrix.shape[1], dtype=matrix.indices.dtype), np.diff(self._indptr))
         self._lower = ints(np.flatnonzero(self._indices >= columns))
         self._live: CholmodFactor | None = None
         self._symbolic: Any = None
@@ -97,7 +101,7 @@ class CholmodAnalysis:
             )
             self._symbolic = kvxopt.cholmod.symbolic(self._values)
 
-    def factor(self, matrix: csc_array) -> CholmodFactor:
+    def factor(self, matrix: csc_array, *, probe: bool = True) -> CholmodFactor:
         """Return the Cholesky factor; see :meth:`Analysis.factor`. The factor made before ends."""
         kvxopt = _kvxopt()
         matrix = _sorted(matrix)
@@ -110,7 +114,8 @@ class CholmodAnalysis:
             self._values.V = kvxopt.matrix(np.ascontiguousarray(matrix.data[self._lower], dtype=np.float64))
             # kvxopt reads the status of the factorization before it is made; a failure shows on solving.
             kvxopt.cholmod.numeric(self._values, self._symbolic)
-            _probe(factor, matrix)
+            if probe:
+                _probe(factor, matrix)
         return factor
 
 
@@ -132,8 +137,7 @@ class CholmodFactor:
             raise RuntimeError("This factor was overwritten: its analysis has made another one since.")
         if rhs.size == 0:
             return floats(rhs)
-        columns = rhs.reshape(len(rhs), -1)
-        x = kvxopt.matrix(np.asfortranarray(columns, dtype=np.float64))
+        x = kvxopt.matrix(np.asfortranarray(rhs.reshape(len(rhs), -1), dtype=np.float64))
         try:
             kvxopt.cholmod.solve(self._handle, x)
         except ArithmeticError:
@@ -155,9 +159,9 @@ class SuperLUAnalysis:
 
     def __init__(self, matrix: csc_array) -> None:
         matrix = _sorted(matrix)
-        self._indptr, self._indices = ints(matrix.indptr), ints(matrix.indices)
+        self._indptr, self._indices = matrix.indptr.copy(), matrix.indices.copy()
 
-    def factor(self, matrix: csc_array) -> SuperLUFactor:
+    def factor(self, matrix: csc_array, *, probe: bool = True) -> SuperLUFactor:
         """Return the factor; see :meth:`Analysis.factor`."""
         from scipy.sparse.linalg import splu
 
@@ -175,7 +179,8 @@ class SuperLUAnalysis:
         # Without row exchanges the pivots have the signs of the eigenvalues.
         if not (handle.U.diagonal() > 0).all():
             raise ModelingError(_NOT_DEFINITE)
-        _probe(factor, matrix)
+        if probe:
+            _probe(factor, matrix)
         return factor
 
 
@@ -201,7 +206,7 @@ def _sorted(matrix: csc_array) -> csc_array:
     return matrix if matrix.has_sorted_indices else matrix.sorted_indices()
 
 
-def _require_pattern(matrix: csc_array, indptr: IntArray, indices: IntArray) -> None:
+def _require_pattern(matrix: csc_array, indptr: NDArray[Any], indices: NDArray[Any]) -> None:
     if not (np.array_equal(matrix.indptr, indptr) and np.array_equal(matrix.indices, indices)):
         raise ValueError("The matrix has another pattern than the one that was analysed.")
 

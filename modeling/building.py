@@ -18,9 +18,12 @@ from graben.modeling.energy import EdgePattern
 from graben.modeling.guides import Guides
 from graben.modeling.iteration import Outcome, Problem, iterated
 from graben.modeling.movement import Lips, Role, guides_of, lips
+from graben.modeling.noise import node_areas
 from graben.modeling.outline import Run, runs
+from graben.modeling.patching import CutArrays, Patch
 from graben.modeling.picks import NodeData
 from graben.modeling.preparation import CutHorizon
+from graben.modeling.respacing import Arms
 from graben.modeling.results import HorizonResult, Subdomain, Termination, TerminationType
 from graben.surface import Surface, edge_table
 
@@ -56,23 +59,27 @@ def rebuilt(
     """
     stage = _Stage.of(model, prepared, network, backend or Cholmod())
     points = prepared.first.copy()
-    subdomains = [stage.solved(anchor.subdomain, points) for anchor in prepared.anchors]
+    patches: list[Patch] = []
+    subdomains = [stage.solved(anchor.subdomain, points, patches) for anchor in prepared.anchors]
     cut, graph = prepared.cut, prepared.graph
     side = np.zeros(len(cut.origin), dtype=np.int64)
     side[stage.lips.copies] = stage.lips.sides
-    labels = cut.node_labels
-    used = labels >= 0
+    whole = CutArrays(
+        cut.triangles, points, prepared.first, cut.node_labels, prepared.unknown, side, prepared.block
+    )
+    whole = whole.patched(patches) if patches else whole
+    used = whole.labels >= 0
     renumbered = np.cumsum(used) - 1
     horizon = prepared.horizon
     surfaces = [f.surface for f in model.faults]
     return HorizonResult(
         horizon=horizon,
-        surface=Surface(horizon.name, points[used], renumbered[cut.triangles]),
-        first=prepared.first[used],
-        subdomain=labels[used],
-        fixed=~prepared.unknown[used],
-        side=side[used],
-        block=prepared.block[used],
+        surface=Surface(horizon.name, whole.points[used], renumbered[whole.triangles]),
+        first=whole.first[used],
+        subdomain=whole.labels[used],
+        fixed=~whole.unknown[used],
+        side=whole.side[used],
+        block=whole.block[used],
         graph_faults=tuple(model.faults[f].name for f in prepared.faults),
         graph=graph,
         cutoffs=cutoffs(graph, cut, points, surfaces),
@@ -113,8 +120,11 @@ class _Stage:
         edges, sides = edge_table(cut.triangles)
         return _Stage(model, prepared, backend, lip, guides, runs_, border, sides, len(edges), gamma)
 
-    def solved(self, label: int, points: FloatArray) -> Subdomain:
-        """Solve one subdomain and write its result into ``points`` (n, 3), positions of all copies."""
+    def solved(self, label: int, points: FloatArray, patches: list[Patch]) -> Subdomain:
+        """Solve one subdomain and write its result into ``points`` (n, 3), positions of all copies.
+
+        A mesh that was made anew is added to ``patches``.
+        """
         prepared = self.prepared
         labels = prepared.cut.node_labels
         names = prepared.anchors[label].faults
@@ -127,15 +137,20 @@ class _Stage:
         if len(mine) == 0:
             return Subdomain(label, names, nodes, 0, 0, Termination(TerminationType.CONVERGED, "no cut"))
         start = time.perf_counter()
-        local, problem = self._problem(label, mine)
+        near, local, problem = self._problem(label, mine)
         parameters = self.model.parameters
         outcome = iterated(problem, self.backend, parameters.max_iterations, parameters.acceleration)
         if not _credible(problem, outcome, self.gamma):
             thin = Termination(TerminationType.STAGNATION, "unstable", _THIN)
             steps = len(outcome.history)
             return Subdomain(label, names, nodes, unknowns, steps, thin, history=outcome.history)
-        points[local, :2] = outcome.points
-        points[local, 2] = outcome.values
+        placed = np.column_stack([outcome.points, outcome.values])
+        if outcome.remeshed is None:
+            points[local] = placed
+        else:
+            kept = outcome.remeshed.kept
+            points[local[kept]] = placed[: len(kept)]
+            patches.append(Patch(label, near, local, outcome.remeshed, placed))
         seconds = dict(outcome.seconds)
         seconds["solve"] = seconds.get("solve", 0.0)
         seconds["setup"] = time.perf_counter() - start - sum(outcome.seconds.values())
@@ -149,17 +164,15 @@ class _Stage:
             mean_displacement=outcome.displacement,
             mean_deviation=outcome.deviation,
             history=outcome.history,
+            remeshings=outcome.remeshings,
             seconds=seconds,
         )
 
-    def _problem(self, label: int, mine: IntArray) -> tuple[IntArray, Problem]:
-        """Return the subdomain in its own numbering: its nodes near the unknowns, and the problem."""
+    def _problem(self, label: int, mine: IntArray) -> tuple[IntArray, IntArray, Problem]:
+        """Return the triangles of the subdomain near the unknowns, their nodes, and the problem there."""
         prepared, cut = self.prepared, self.prepared.cut
         parameters = self.model.parameters
-        touched = prepared.unknown[cut.triangles].any(axis=1) & (cut.labels == label)
-        on_edge = np.zeros(self.edge_count, dtype=bool)
-        on_edge[self.sides[touched]] = True
-        near = on_edge[self.sides].any(axis=1) & (cut.labels == label)
+        near = self._near(label)
         local, flat = np.unique(cut.triangles[near], return_inverse=True)
         index = np.full(len(cut.origin), -1)
         index[local] = np.arange(len(local))
@@ -173,34 +186,63 @@ class _Stage:
         deformation = Deformation.of(
             points[:, :2], pattern, unknown, self.border[local], nodes, runs_, self.backend
         )
+        fitted = prepared.fitted[local]
         gammas = [
             self.model.gamma(self.model.faults[f], prepared.horizon)
             for f in np.unique(self.lips.faults[mine])
         ]
         length = parameters.length or _LENGTH * max(gammas)
-        data = prepared.data
-        known = (index[data.nodes] >= 0) & prepared.unknown[data.nodes]
-        known &= cut.node_labels[data.nodes] == label
-        local_data = NodeData(index[data.nodes[known]], data.z[known], data.gradient[known])
-        smoothing = prepared.horizon.smoothing or prepared.horizon.step
-        stiffness = (
-            parameters.theta * length**2 / smoothing**4 * _areas(points[:, :2], pattern)[local_data.nodes]
-        )
+        data, stiffness = self._data(label, index, points, fitted)
+        stiffness *= parameters.theta * length**2 * node_areas(points, pattern.triangles)[data.nodes]
         problem = Problem(
             points=points[:, :2],
             pattern=pattern,
             values=points[:, 2],
             unknown=unknown,
+            fitted=fitted,
             cut=nodes,
             guides=Guides(self.guides.lines[mine]),
             deformation=deformation,
-            data=local_data,
+            arms=Arms.of(self.lips, mine, [f.surface for f in self.model.faults], self.gamma),
+            data=data,
             stiffness=stiffness,
             theta=parameters.theta,
             length=length,
             tolerance=self.model.tolerance,
         )
-        return local, problem
+        return np.flatnonzero(near), local, problem
+
+    def _near(self, label: int) -> BoolArray:
+        """Return the triangles of a subdomain whose nodes take part in its problem, (m,).
+
+        Without a fit they reach to the nodes whose fixed values the energy sees across an edge; with one, to
+        the last of the fitted nodes, where the surface is free.
+        """
+        prepared, cut = self.prepared, self.prepared.cut
+        inside, mine = prepared.unknown | prepared.fitted, cut.labels == label
+        if prepared.smoothing > 0:
+            return np.asarray(inside[cut.triangles].all(axis=1) & mine)
+        on_edge = np.zeros(self.edge_count, dtype=bool)
+        on_edge[self.sides[inside[cut.triangles].any(axis=1) & mine]] = True
+        return np.asarray(on_edge[self.sides].any(axis=1) & mine)
+
+    def _data(
+        self, label: int, index: IntArray, points: FloatArray, fitted: BoolArray
+    ) -> tuple[NodeData, FloatArray]:
+        """Return what picks and fitted nodes say of the nodes of a subdomain, and c^-4 of each, (k,)."""
+        prepared, cut = self.prepared, self.prepared.cut
+        told = prepared.data
+        known = (index[told.nodes] >= 0) & prepared.unknown[told.nodes]
+        known &= cut.node_labels[told.nodes] == label
+        at = np.flatnonzero(fitted)
+        data = NodeData(
+            np.concatenate([index[told.nodes[known]], at]),
+            np.concatenate([told.z[known], points[at, 2]]),
+            np.concatenate([told.gradient[known], np.zeros((len(at), 2))]),
+        )
+        lengths = np.full(len(data.nodes), prepared.smoothing)
+        lengths[: int(known.sum())] = prepared.horizon.smoothing or prepared.horizon.step
+        return data, lengths**-4.0
 
     def _termination(self, outcome: Outcome, mine: IntArray, points: FloatArray) -> Termination:
         if outcome.worst < 0:
@@ -209,7 +251,7 @@ class _Stage:
         copy = self.lips.copies[k]
         faults = tuple(dict.fromkeys(self.lips.faults[k].tolist()))
         up = outcome.excess > 0
-        guide = Guides(self.guides.lines[k : k + 1])
+        guide = Guides(outcome.guides.lines[outcome.worst : outcome.worst + 1])
         deciding = Deciding(
             Role(int(self.lips.roles[k])),
             tuple(self.model.faults[f] for f in faults),
@@ -229,14 +271,7 @@ class _Stage:
 
 def _credible(problem: Problem, outcome: Outcome, gamma: float) -> bool:
     """Return whether the result is finite and no further from the input than its relief and gamma allow."""
-    change = np.abs(outcome.values - problem.values)
+    before = problem.values if outcome.remeshed is None else outcome.remeshed.weights @ problem.values
+    change = np.abs(outcome.values - before)
     most = 2.0 * (float(np.ptp(problem.values)) + gamma)
     return bool(np.isfinite(outcome.points).all() and (change <= most).all())
-
-
-def _areas(points: FloatArray, pattern: EdgePattern) -> FloatArray:
-    """Return a third of the plan area of the triangles around each node, (n,)."""
-    a, b, c = (points[pattern.triangles[:, k]] for k in range(3))
-    area = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-    share = np.bincount(pattern.triangles.ravel(), np.repeat(area / 3, 3), minlength=len(points))
-    return np.asarray(share, dtype=np.float64)

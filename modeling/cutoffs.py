@@ -36,7 +36,7 @@ def cutoffs(
     for f in np.unique(graph.faults):
         mine = np.flatnonzero(graph.faults == f)
         dips = _dip_directions(faults[f], graph.nodes)
-        for path in _paths(graph.edges[mine]):
+        for path in paths(graph.edges[mine]):
             edges = mine[path]
             foot = np.ravel(cut.left[edges])
             hanging = np.ravel(cut.right[edges])
@@ -54,17 +54,20 @@ def cutoffs(
     return tuple(found)
 
 
-def _paths(edges: IntArray) -> list[IntArray]:
-    """Return the edges (e, 2) of one fault as paths of edge indices in their own direction."""
+def paths(edges: IntArray) -> list[IntArray]:
+    """Return the edges (e, 2) of one fault as paths of edge indices in their own direction.
+
+    The cutoffs of the fault are its paths in this order.
+    """
     base = int(edges.max()) + 1
     index = {int(a) * base + int(b): k for k, (a, b) in enumerate(edges)}
-    paths = []
+    found = []
     for chain in chained(edges):
         a, b = chain[:-1].tolist(), chain[1:].tolist()
         if a[0] * base + b[0] not in index:
             a, b = b[::-1], a[::-1]
-        paths.append(np.array([index[i * base + j] for i, j in zip(a, b, strict=True)]))
-    return sorted(paths, key=lambda path: int(path.min()))
+        found.append(np.array([index[i * base + j] for i, j in zip(a, b, strict=True)]))
+    return sorted(found, key=lambda path: int(path.min()))
 
 
 def _dip_directions(fault: Surface, nodes: FloatArray) -> FloatArray:

@@ -20,12 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
-from graben.arrays import FloatArray, IntArray, floats, ints
+from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
 from graben.errors import ModelingError
-from graben.surface import edge_sharing, edge_table
+from graben.modeling.hinges import Hinges
+from graben.surface import edge_table
 
-# Pairs of columns of a hinge (i, j, k, l) with different nodes; the four equal pairs go to the diagonal.
-_PAIRS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 Int32Array = NDArray[np.int32]
 
 
@@ -45,31 +44,37 @@ class EdgePattern:
         Node indices of all edges, the smaller first.
     sides : (m, 3) array
         Edge opposite to each corner of each triangle.
-    hinges : (q, 4) array
-        Nodes (i, j, k, l) of each edge ij with two triangles, k and l opposite.
-    pair_slots : (q, 6) array
-        Number of each unordered node pair of a hinge among the off-diagonal pairs of A.
+    corners : (3, m) array
+        The triangles once more, in the order of their least nodes.
+    hinges : Hinges
+        The q edges with two of these triangles.
     edge_slots : (e,) array
-        The same of each edge.
+        Number of each edge among the off-diagonal pairs of A.
+    tip_slots : (q,) array
+        The same of the pair kl of each hinge.
     pair_count : int
         Number p of off-diagonal pairs of A.
     indptr, indices : (n + 1,) and (n + 2 p,) arrays
         The pattern of A, compressed by columns, row indices ascending, int32.
     source : (n + 2 p,) array
         For each entry of A the index of its value in (diagonal, off-diagonal pairs).
+    diagonal_at : (n,) array
+        Where in those entries the diagonal stands.
     """
 
     node_count: int
     triangles: IntArray
     edges: IntArray
     sides: IntArray
-    hinges: IntArray
-    pair_slots: IntArray
+    corners: IntArray
+    hinges: Hinges
     edge_slots: IntArray
+    tip_slots: IntArray
     pair_count: int
     indptr: Int32Array
     indices: Int32Array
     source: IntArray
+    diagonal_at: IntArray
 
     @staticmethod
     def of(triangles: IntArray, node_count: int) -> EdgePattern:
@@ -81,31 +86,46 @@ class EdgePattern:
             When an edge has more than two triangles.
         """
         triangles = ints(triangles, -1, 3)
-        edges, sides = edge_table(triangles)
-        hinges, hinge_sides = _hinges(triangles, edges, sides)
-        # Five of the six pairs of a hinge are edges, known already; only the pair of its tips is looked up.
+        # Triangles in the order of their nodes, for which all that is looked up lies close by in memory.
+        order = np.argsort(np.minimum.reduce([*triangles.T]), kind="stable")
+        ordered = ints(triangles[order])
+        edges, ordered_sides = edge_table(ordered)
+        sides = np.empty_like(ordered_sides)
+        sides[order] = ordered_sides
+        hinges = Hinges.of(ordered, edges, ordered_sides)
+        # Of the six pairs of a hinge five are edges, known already; only the pair of its tips is looked up.
         keys = [edges[:, 0] * node_count + edges[:, 1]]
-        keys.append(hinges[:, 2:].min(axis=1) * node_count + hinges[:, 2:].max(axis=1))
-        pairs, slots = np.unique(np.concatenate(keys), return_inverse=True)
-        edge_slots, tip_slots = slots[: len(edges)], slots[len(edges) :]
+        keys.append(hinges.nodes[:, 2:].min(axis=1) * node_count + hinges.nodes[:, 2:].max(axis=1))
+        pairs, slots = _numbered(np.concatenate(keys))
         indptr, indices, source = _columns(pairs // node_count, pairs % node_count, node_count)
         return EdgePattern(
             node_count=node_count,
             triangles=triangles,
             edges=edges,
-            sides=sides,
+            sides=ints(sides),
+            corners=ints(np.ascontiguousarray(ordered.T)),
             hinges=hinges,
-            pair_slots=ints(np.concatenate([edge_slots[hinge_sides], tip_slots[:, None]], axis=1)),
-            edge_slots=ints(edge_slots),
+            edge_slots=ints(slots[: len(edges)]),
+            tip_slots=ints(slots[len(edges) :]),
             pair_count=len(pairs),
             indptr=indptr,
             indices=indices,
             source=source,
+            diagonal_at=ints(np.flatnonzero(source < node_count)),
         )
 
     def matrix(self, diagonal: FloatArray, pairs: FloatArray) -> csc_array:
         """Return the symmetric matrix with these values, shapes (n,) and (p,), in the pattern of A."""
-        data = np.concatenate([diagonal, pairs])[self.source]
+        return self._filled(np.concatenate([diagonal, pairs])[self.source])
+
+    def matrix_without_constants(self, pairs: FloatArray) -> csc_array:
+        """Return the same whose diagonal makes its product with a constant zero."""
+        data = np.concatenate([np.zeros(self.node_count), pairs])[self.source]
+        # Each column holds its diagonal, so that none is empty.
+        data[self.diagonal_at] = -np.add.reduceat(data, self.indptr[:-1]) if len(data) else 0.0
+        return self._filled(data)
+
+    def _filled(self, data: FloatArray) -> csc_array:
         # A matrix owns its indices, since scipy may sort or prune them in place.
         result = csc_array(
             (data, self.indices.copy(), self.indptr.copy()), shape=(self.node_count, self.node_count)
@@ -171,18 +191,12 @@ def hinge_coefficients(points: FloatArray, pattern: EdgePattern) -> tuple[FloatA
     ModelingError
         When a triangle has no area or is turned over against the others.
     """
-    _oriented_areas(points, pattern)
-    i, j, k, ell = (points[pattern.hinges[:, c]] for c in range(4))
-    along, to_k, to_l = j - i, k - i, ell - i
-    square = (along * along).sum(axis=1)
-    length = np.sqrt(square)
-    height_k = np.abs(_cross(along, to_k)) / length
-    height_l = np.abs(_cross(along, to_l)) / length
-    height = height_k + height_l
-    s = height_k / height
-    t = ((1.0 - s) * (to_k * along).sum(axis=1) + s * (to_l * along).sum(axis=1)) / square
-    weights = 3.0 * length / height * (height / (height_k * height_l)) ** 2
-    return floats(np.stack([1.0 - t, t, s - 1.0, -s], axis=1)), floats(weights)
+    cotangents, doubled = _cotangents(points, pattern)
+    gaps, weights = _jumps(cotangents, doubled, pattern)
+    # The jump of slope times |e| is d_e |e| (h_k + h_l) / (h_k h_l), and the coefficients of k and l in d_e
+    # sum to -1.
+    scale = -1.0 / (gaps[2] + gaps[3])
+    return floats(np.stack([gap * scale for gap in gaps], axis=1)), floats(weights / scale**2)
 
 
 def cotangent_weights(points: FloatArray, pattern: EdgePattern) -> FloatArray:
@@ -191,14 +205,7 @@ def cotangent_weights(points: FloatArray, pattern: EdgePattern) -> FloatArray:
     a_k, a_l are the angles opposite to the edge; an edge with one triangle has one of them. Raises
     ModelingError as :func:`hinge_coefficients` does. ``points``: (n, 2), model units.
     """
-    areas = _oriented_areas(points, pattern)
-    corners = [points[pattern.triangles[:, c]] for c in range(3)]
-    weights = np.zeros(len(pattern.edges))
-    for c in range(3):
-        a, b = corners[(c + 1) % 3] - corners[c], corners[(c + 2) % 3] - corners[c]
-        half_cotangent = (a * b).sum(axis=1) / (4.0 * areas)
-        weights += np.bincount(pattern.sides[:, c], half_cotangent, minlength=len(weights))
-    return floats(weights)
+    return floats(_edge_weights(_cotangents(points, pattern)[0], pattern))
 
 
 def assemble(points: FloatArray, pattern: EdgePattern, theta: float, length: float) -> csc_array:
@@ -225,22 +232,22 @@ def assemble(points: FloatArray, pattern: EdgePattern, theta: float, length: flo
     ModelingError
         When a triangle has no area or is turned over against the others.
     """
-    diagonal, pairs = np.zeros(pattern.node_count), np.zeros(pattern.pair_count)
+    cotangents, doubled = _cotangents(points, pattern)
+    own = np.zeros(len(pattern.edges))
+    pairs = np.zeros(pattern.pair_count)
     if theta < 1.0:
-        weights = (1.0 - theta) * cotangent_weights(points, pattern)
-        pairs[pattern.edge_slots] -= weights
-        for c in range(2):
-            diagonal += np.bincount(pattern.edges[:, c], weights, minlength=len(diagonal))
+        own -= (1.0 - theta) * _edge_weights(cotangents, pattern)
     if theta > 0.0:
-        coefficients, weights = hinge_coefficients(points, pattern)
-        weighted = (theta * length**2 * weights)[:, None] * coefficients
-        for c in range(4):
-            own = weighted[:, c] * coefficients[:, c]
-            diagonal += np.bincount(pattern.hinges[:, c], own, minlength=len(diagonal))
-        for slot, (a, b) in enumerate(_PAIRS):
-            product = weighted[:, a] * coefficients[:, b]
-            pairs += np.bincount(pattern.pair_slots[:, slot], product, minlength=len(pairs))
-    return pattern.matrix(diagonal, pairs)
+        (i, j, k, ell), weights = _jumps(cotangents, doubled, pattern)
+        weights *= theta * length**2
+        at_i, at_j = weights * i, weights * j
+        rims = np.concatenate([at_i * k, at_j * k, at_i * ell, at_j * ell, [0.0]])
+        own[pattern.hinges.edges] += at_i * j
+        for rim in pattern.hinges.rims:
+            own += rims[rim]
+        pairs += np.bincount(pattern.tip_slots, weights * k * ell, minlength=len(pairs))
+    pairs[pattern.edge_slots] += own
+    return pattern.matrix_without_constants(pairs)
 
 
 def dirichlet(points: FloatArray, pattern: EdgePattern) -> csc_array:
@@ -259,26 +266,16 @@ def dirichlet(points: FloatArray, pattern: EdgePattern) -> csc_array:
     return coo_array((values, (rows, columns)), shape=(pattern.node_count,) * 2).tocsc()
 
 
-def _hinges(triangles: IntArray, edges: IntArray, sides: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the hinges (q, 4) and the edges ij, ik, il, jk, jl of each, (q, 5)."""
-    sharing = edge_sharing(sides, len(edges))
-    if len(sharing) and sharing.max() > 2:
-        a, b = edges[int(np.argmax(sharing))]
-        raise ModelingError(f"More than two triangles share the edge between nodes {a} and {b}.")
-    inner = np.flatnonzero(sharing == 2)
-    first = np.concatenate([[0], np.cumsum(sharing)])[inner]
-    order = np.argsort(sides.ravel(), kind="stable")
-    start = edges[inner, 0]
-    opposite, at_start, at_end = [], [], []
-    for corner in (order[first], order[first + 1]):
-        base, c = corner - corner % 3, corner % 3
-        after, before = base + (c + 1) % 3, base + (c + 2) % 3
-        forward = triangles.ravel()[after] == start
-        opposite.append(triangles.ravel()[corner])
-        at_start.append(sides.ravel()[np.where(forward, before, after)])
-        at_end.append(sides.ravel()[np.where(forward, after, before)])
-    hinges = np.concatenate([edges[inner], np.stack(opposite, axis=1)], axis=1)
-    return ints(hinges, -1, 4), ints(np.stack([inner, *at_start, *at_end], axis=1), -1, 5)
+def _numbered(keys: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the different keys, ascending, and the number of each among them."""
+    # A stable sort uses the runs in which they come: several times as fast as np.unique.
+    order = np.argsort(keys, kind="stable")
+    ordered = keys[order]
+    new = np.ones(len(keys), dtype=bool)
+    new[1:] = ordered[1:] != ordered[:-1]
+    numbers = np.empty(len(keys), dtype=np.int64)
+    numbers[order] = np.cumsum(new) - 1
+    return ordered[new], numbers
 
 
 def _columns(low: IntArray, high: IntArray, node_count: int) -> tuple[Int32Array, Int32Array, IntArray]:
@@ -294,21 +291,46 @@ def _columns(low: IntArray, high: IntArray, node_count: int) -> tuple[Int32Array
     return indptr, indices, ints(numbers.data)
 
 
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], dtype=np.float64)
+def _cotangents(points: FloatArray, pattern: EdgePattern) -> tuple[FloatArray, FloatArray]:
+    """Return the cotangents of all angles, (3 m + 1,), the last 0 for the one a border lacks, and 2 areas."""
+    x, y = (np.ascontiguousarray(column) for column in points.T)
+    at_x, at_y = [x[c] for c in pattern.corners], [y[c] for c in pattern.corners]
+    # Sides opposite to each corner, all the same way round.
+    dx = [at_x[(c + 2) % 3] - at_x[(c + 1) % 3] for c in range(3)]
+    dy = [at_y[(c + 2) % 3] - at_y[(c + 1) % 3] for c in range(3)]
+    doubled = dx[0] * dy[1] - dx[1] * dy[0]
+    if doubled.sum() < 0:
+        doubled = -doubled
+    if not (doubled > 0).all():
+        raise _unfit(points, pattern, ~(doubled > 0))
+    cotangents = np.zeros(pattern.triangles.size + 1)
+    for c in range(3):
+        a, b = (c + 1) % 3, (c + 2) % 3
+        cotangents[c:-1:3] = -(dx[a] * dx[b] + dy[a] * dy[b]) / doubled
+    return cotangents, doubled
 
 
-def _oriented_areas(points: FloatArray, pattern: EdgePattern) -> FloatArray:
-    """Return the areas of the triangles, positive; raise ModelingError where one is not."""
-    a, b, c = (points[pattern.triangles[:, k]] for k in range(3))
-    areas = 0.5 * _cross(b - a, c - a)
-    if areas.sum() < 0:
-        areas = -areas
-    unfit = np.flatnonzero(~(areas > 0))
-    if len(unfit):
-        x, y = (a[unfit[0]] + b[unfit[0]] + c[unfit[0]]) / 3.0
-        raise ModelingError(
-            f"{len(unfit)} of {len(areas)} plan triangles have no area or are turned over, the first at "
-            f"x {x:.6g}, y {y:.6g}."
-        )
-    return floats(areas)
+def _edge_weights(cotangents: FloatArray, pattern: EdgePattern) -> FloatArray:
+    first, second = pattern.hinges.opposite
+    return np.asarray(0.5 * (cotangents[first] + cotangents[second]), dtype=np.float64)
+
+
+def _jumps(
+    cotangents: FloatArray, doubled: FloatArray, pattern: EdgePattern
+) -> tuple[list[FloatArray], FloatArray]:
+    """Return |e| J_e of each hinge as coefficients of u_i, u_j, u_k, u_l, (q,) each, and its weight in E_H.
+
+    The slope across ij in the triangle ijk, times |e|, is cot_i (u_k - u_j) + cot_j (u_k - u_i). With
+    h = 2 area / |e| the weight 3 |e| / (h_k + h_l) / |e|^2 is 3 over the two doubled areas.
+    """
+    in_k_i, in_k_j, in_l_i, in_l_j = (cotangents[angle] for angle in pattern.hinges.angles)
+    weights = 3.0 / (doubled[pattern.hinges.faces[0]] + doubled[pattern.hinges.faces[1]])
+    return [-(in_k_j + in_l_j), -(in_k_i + in_l_i), in_k_i + in_k_j, in_l_i + in_l_j], weights
+
+
+def _unfit(points: FloatArray, pattern: EdgePattern, unfit: BoolArray) -> ModelingError:
+    x, y = points[pattern.corners[:, np.argmax(unfit)]].mean(axis=0)
+    return ModelingError(
+        f"{np.count_nonzero(unfit)} of {len(unfit)} plan triangles have no area or are turned over, the "
+        f"first at x {x:.6g}, y {y:.6g}."
+    )

@@ -57,6 +57,12 @@ def filled(horizon: Horizon, faults: tuple[Fault, ...], gamma: float) -> tuple[H
     return replace(horizon, surface=surface, notes=(*horizon.notes, note)), count
 
 
+def has_undefined(horizon: Horizon) -> bool:
+    """Return whether a horizon is a grid with undefined nodes, so that :func:`filled` may fill some."""
+    values = None if len(horizon.picks) or horizon.grid is None else _grid_values(horizon)
+    return values is not None and not np.isfinite(values).all()
+
+
 def _grid_values(horizon: Horizon) -> FloatArray | None:
     """Return the elevations on the grid, NaN where undefined; None when the surface is not the grid's own."""
     grid = horizon.grid

@@ -104,20 +104,34 @@ class Guides:
 
         Shape (n, 2), unit vectors.
         """
+        way = self._ways(z)
+        length = np.linalg.norm(way, axis=1)
+        plan = np.hypot(way[:, 0], way[:, 1])
+        steep = plan <= 1e-9 * np.maximum(length, np.finfo(float).tiny)
+        return np.where(steep[:, None], 0.0, way[:, :2] / np.where(steep, 1.0, plan)[:, None])
+
+    def rates(self, z: FloatArray) -> FloatArray:
+        """Return how far each guide goes in plan per unit of elevation around elevation z, shape (n, 2).
+
+        Zero for a guide that is one point.
+        """
+        way = self._ways(z)
+        rise = np.where(way[:, 2:] > 0, way[:, 2:], 1.0)
+        return np.where(way[:, 2:] > 0, way[:, :2] / rise, 0.0)
+
+    def _ways(self, z: FloatArray) -> FloatArray:
+        """Return the part of each guide around elevation z as a vector, upwards, shape (n, 3)."""
         levels = self.lines[:, :, 2]
         last = levels.shape[1] - 1
         if last == 0:
-            return np.zeros((len(z), 2))
+            return np.zeros((len(z), 3))
         k = np.clip((levels <= z[:, None]).sum(axis=1) - 1, 0, last - 1)
         k = np.where(
             levels[np.arange(len(z)), np.minimum(k + 1, last)] > levels[np.arange(len(z)), k], k, k - 1
         )
         rows = np.arange(len(z))
         way = self.lines[rows, np.minimum(k + 1, last)] - self.lines[rows, np.maximum(k, 0)]
-        length = np.linalg.norm(way, axis=1)
-        plan = np.hypot(way[:, 0], way[:, 1])
-        steep = plan <= 1e-9 * np.maximum(length, np.finfo(float).tiny)
-        return np.where(steep[:, None], 0.0, way[:, :2] / np.where(steep, 1.0, plan)[:, None])
+        return np.asarray(way, dtype=np.float64)
 
 
 def branch(line: FloatArray, point: FloatArray, scale: float) -> FloatArray:
@@ -128,7 +142,7 @@ def branch(line: FloatArray, point: FloatArray, scale: float) -> FloatArray:
     line : (m, 3) array
         A polyline; a closed one repeats its first point.
     point : (3,) array
-        A point on it, to rounding.
+        A point on it; of one beside it, as where three faults nearly meet in a point, its place on the line.
     scale : float
         Size of the surface, model units, against which rounding is judged.
     """
@@ -136,7 +150,9 @@ def branch(line: FloatArray, point: FloatArray, scale: float) -> FloatArray:
     way = b - a
     share = ((point - a) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), np.finfo(float).tiny)
     share = np.clip(share, 0.0, 1.0)
-    k = int(np.argmin(((a + share[:, None] * way - point) ** 2).sum(axis=1)))
+    near = a + share[:, None] * way
+    k = int(np.argmin(((near - point) ** 2).sum(axis=1)))
+    point = near[k]
     closed = bool((line[0] == line[-1]).all())
     ahead = np.concatenate([line[k + 1 :], line[1 : k + 1]]) if closed else line[k + 1 :]
     behind = np.concatenate([line[k::-1], line[-2:k:-1]]) if closed else line[k::-1]
@@ -160,8 +176,10 @@ def _monotone(run: FloatArray, scale: float) -> FloatArray:
     return run[: end + 1]
 
 
-def sections(fault: Surface, points: FloatArray, directions: FloatArray) -> list[FloatArray]:
-    """Return for each point the section of a fault by the vertical plane along a direction in plan.
+def sections(
+    fault: Surface, points: FloatArray, directions: FloatArray, slants: FloatArray | None = None
+) -> list[FloatArray]:
+    """Return for each point the section of a fault by a plane along a direction in plan.
 
     The section is followed from triangle to triangle from the point on, up and down, as long as the
     elevation changes one way: vertical, overturned and listric faults need nothing else.
@@ -174,6 +192,8 @@ def sections(fault: Surface, points: FloatArray, directions: FloatArray) -> list
         On the fault, to rounding.
     directions : (n, 2) array
         Unit vectors in plan.
+    slants : (n,) array, optional
+        How far the plane leans to the left of the direction per unit of elevation; default 0, vertical.
 
     Returns
     -------
@@ -182,13 +202,16 @@ def sections(fault: Surface, points: FloatArray, directions: FloatArray) -> list
     """
     vertices, triangles = fault.vertices, fault.triangles
     scale = float(np.ptp(vertices, axis=0).max())
+    slants = np.zeros(len(points)) if slants is None else slants
+    left = np.column_stack([-directions[:, 1], directions[:, 0]])
+    planes = np.column_stack([left, -slants])
     # A little up the section, so that a point on a corner finds the triangle that the section runs through.
-    ahead = points + _AHEAD * scale * np.column_stack([directions, np.ones(len(points))])
-    start = nearest(ahead, vertices, triangles).simplex
-    start = _crossed_start(vertices, triangles, start, points, directions)
+    ahead = np.column_stack([directions + slants[:, None] * left, np.ones(len(points))])
+    start = nearest(points + _AHEAD * scale * ahead, vertices, triangles).simplex
+    start = _crossed_start(vertices, triangles, start, points, planes)
     neighbours = _neighbours(triangles)
-    up = _walked(vertices, triangles, neighbours, start, points, directions, 1.0, scale)
-    down = _walked(vertices, triangles, neighbours, start, points, directions, -1.0, scale)
+    up = _walked(vertices, triangles, neighbours, start, points, planes, 1.0, scale)
+    down = _walked(vertices, triangles, neighbours, start, points, planes, -1.0, scale)
     return [
         np.concatenate([np.array(d[::-1]).reshape(-1, 3), p[None], np.array(u).reshape(-1, 3)])
         for d, p, u in zip(down, points, up, strict=True)
@@ -209,12 +232,12 @@ def _neighbours(triangles: IntArray) -> IntArray:
     return result.reshape(-1, 3)
 
 
-def _offsets(
-    vertices: FloatArray, corners: IntArray, points: FloatArray, directions: FloatArray
-) -> FloatArray:
-    """Return the signed distances of triangle corners from the vertical planes, shape (n, 3)."""
-    rel = vertices[corners][:, :, :2] - points[:, None, :2]
-    return np.asarray(directions[:, None, 0] * rel[:, :, 1] - directions[:, None, 1] * rel[:, :, 0])
+def _offsets(vertices: FloatArray, corners: IntArray, points: FloatArray, planes: FloatArray) -> FloatArray:
+    """Return how far triangle corners lie from planes through points, shape (n, 3).
+
+    ``planes`` (n, 3) are their normals, of length 1 in plan.
+    """
+    return np.asarray(((vertices[corners] - points[:, None]) * planes[:, None]).sum(axis=2))
 
 
 def _mixed(offsets: FloatArray) -> BoolArray:
@@ -224,24 +247,24 @@ def _mixed(offsets: FloatArray) -> BoolArray:
 
 
 def _crossed_start(
-    vertices: FloatArray, triangles: IntArray, start: IntArray, points: FloatArray, directions: FloatArray
+    vertices: FloatArray, triangles: IntArray, start: IntArray, points: FloatArray, planes: FloatArray
 ) -> IntArray:
     """Return start triangles that the plane really crosses: the nearest such for those it only touches."""
     start = start.copy()
-    lost = np.flatnonzero(~_mixed(_offsets(vertices, triangles[start], points, directions)))
+    lost = np.flatnonzero(~_mixed(_offsets(vertices, triangles[start], points, planes)))
     for n in lost:
         rows = np.full(len(triangles), n)
-        mixed = np.flatnonzero(_mixed(_offsets(vertices, triangles, points[rows], directions[rows])))
+        mixed = np.flatnonzero(_mixed(_offsets(vertices, triangles, points[rows], planes[rows])))
         if len(mixed):
             start[n] = mixed[nearest(points[n : n + 1], vertices, triangles[mixed]).simplex[0]]
     return start
 
 
 def _crossings(
-    vertices: FloatArray, corners: IntArray, points: FloatArray, directions: FloatArray
+    vertices: FloatArray, corners: IntArray, points: FloatArray, planes: FloatArray
 ) -> tuple[FloatArray, IntArray]:
     """Return the two points in which each plane leaves its triangle, (n, 2, 3), and their sides, (n, 2)."""
-    offsets = _offsets(vertices, corners, points, directions)
+    offsets = _offsets(vertices, corners, points, planes)
     left = offsets >= 0
     lone = np.argmax(left == (left.sum(axis=1) == 1)[:, None], axis=1)
     rows = np.arange(len(corners))
@@ -262,20 +285,20 @@ def _walked(
     neighbours: IntArray,
     start: IntArray,
     points: FloatArray,
-    directions: FloatArray,
+    planes: FloatArray,
     sign: float,
     scale: float,
 ) -> list[list[FloatArray]]:
     """Return the corners of each section above (sign 1) or below (-1) its point, walked all at once."""
     lines: list[list[FloatArray]] = [[] for _ in points]
-    active = np.flatnonzero(_mixed(_offsets(vertices, triangles[start], points, directions)))
+    active = np.flatnonzero(_mixed(_offsets(vertices, triangles[start], points, planes)))
     current, entered = start[active], np.full(len(active), -1)
     level = sign * points[active, 2]
     # A section visits each triangle at most once; the bound only guards against a damaged surface.
     for _ in range(len(triangles) + 1):
         if len(active) == 0:
             break
-        crossed, sides = _crossings(vertices, triangles[current], points[active], directions[active])
+        crossed, sides = _crossings(vertices, triangles[current], points[active], planes[active])
         height = sign * crossed[:, :, 2]
         pick = np.where(entered < 0, np.argmax(height, axis=1), np.where(sides[:, 0] == entered, 1, 0))
         rows = np.arange(len(active))

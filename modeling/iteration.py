@@ -16,15 +16,16 @@ from graben.modeling.algebra import Analysis, Backend
 from graben.modeling.deformation import Deformation
 from graben.modeling.energy import Block, EdgePattern, assemble
 from graben.modeling.guides import Guides
+from graben.modeling.moves import valid_move
 from graben.modeling.picks import NodeData
+from graben.modeling.remeshing import Remeshed
+from graben.modeling.respacing import Arms
 from graben.modeling.results import TerminationType
 
 #: Steps that the acceleration looks back.
 _DEPTH = 5
 #: Steps over which the deviation must not have fallen before the boundary is said to oscillate.
 _PATIENCE = 8
-#: A move that turns triangles over is halved at most this often.
-_HALVINGS = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +42,19 @@ class Problem:
         Elevation of the input horizon.
     unknown : (n,) bool array
         Nodes whose elevation is sought.
+    fitted : (n,) bool array
+        Other nodes that a least-squares fit smooths meanwhile; they keep their elevation.
     cut : (c,) array
         Nodes of the cut.
     guides : Guides
         Of the nodes of the cut.
     deformation : Deformation
         How the mesh follows.
+    arms : Arms
+        The lips that the nodes of the cut make.
     data, stiffness : NodeData, (k,) array
-        What trusted picks say of nodes (in this numbering), and the weight of each in the energy.
+        What trusted picks and noisy elevations say of nodes (in this numbering), and the weight of each in
+        the energy.
     theta, length, tolerance : float
         Parameters of the energy and of the termination; length and tolerance in model units.
     """
@@ -57,9 +63,11 @@ class Problem:
     pattern: EdgePattern
     values: FloatArray
     unknown: BoolArray
+    fitted: BoolArray
     cut: IntArray
     guides: Guides
     deformation: Deformation
+    arms: Arms
     data: NodeData
     stiffness: FloatArray
     theta: float
@@ -71,21 +79,27 @@ class Problem:
 class Outcome:
     """Where the iteration ended.
 
-    ``points`` (n, 2) and ``values`` (n,) are the result. ``worst`` is the position in ``Problem.cut`` of the
-    node that decided a type 1, 2 or 3, -1 for type 0; ``excess`` how far it still moves (type 1) or by how
-    much its place lies beyond its guide, negative below (types 2 and 3), model units. ``shortened`` says
-    that the last move had to be cut short, since it would have turned triangles over.
+    ``points`` (n, 2) and ``values`` (n,) are the result, on the mesh ``remeshed`` if that is not None, else
+    on that of the problem; ``remeshings`` is how often the mesh was made anew. ``z`` (c,) and ``guides`` are
+    the elevations and the guides of the cut nodes. ``worst`` is the position in ``Problem.cut`` of the node
+    that decided a type 1, 2 or 3, -1 for type 0; ``excess`` how far it still moves (type 1) or by how much
+    its place lies beyond its guide, negative below (types 2 and 3), model units. ``shortened`` says that the
+    last move had to be cut short, since it would have turned triangles over.
     """
 
     type: TerminationType
     points: FloatArray
     values: FloatArray
+    z: FloatArray
+    guides: Guides
     history: tuple[float, ...]
     displacement: float
     deviation: float
     worst: int = -1
     excess: float = 0.0
     shortened: bool = False
+    remeshed: Remeshed | None = None
+    remeshings: int = 0
     seconds: dict[str, float] = field(default_factory=dict)
 
 
@@ -105,8 +119,8 @@ class _Solver:
 
     def __init__(self, problem: Problem, backend: Backend) -> None:
         self.problem = problem
-        self.unknown = np.flatnonzero(problem.unknown)
-        self.fixed = np.flatnonzero(~problem.unknown)
+        solved = problem.unknown | problem.fitted
+        self.unknown, self.fixed = np.flatnonzero(solved), np.flatnonzero(~solved)
         self._data = np.searchsorted(self.unknown, problem.data.nodes)
         self._weight = np.zeros(len(self.unknown))
         self._weight[self._data] = problem.stiffness
@@ -130,6 +144,7 @@ class _Solver:
         own.setdiag(own.diagonal() + self._weight)
         result = p.values.copy()
         result[self.unknown] -= self._analysis.factor(own).solve(load)
+        result[p.fitted] = p.values[p.fitted]
         return result
 
 
@@ -155,11 +170,11 @@ def iterated(problem: Problem, backend: Backend, max_iterations: int, accelerate
     outcome = _approached(problem, backend, max_iterations, accelerated)
     if outcome.type is not TerminationType.PROJECTION_FAILURE:
         return outcome
-    whole = replace(problem, guides=problem.guides.continued(float(np.ptp(problem.values))))
+    whole = replace(problem, guides=outcome.guides.continued(float(np.ptp(problem.values))))
     beyond = _approached(whole, backend, max_iterations, accelerated)
-    if beyond.type is not TerminationType.CONVERGED:
+    if beyond.type is not TerminationType.CONVERGED or beyond.guides is not whole.guides:
         return outcome
-    excess = problem.guides.excess(beyond.values[problem.cut])
+    excess = outcome.guides.excess(beyond.z)
     worst = int(np.argmax(np.abs(excess)))
     if abs(excess[worst]) <= problem.tolerance:
         # The way there led beyond the guides, the end does not.
@@ -172,50 +187,66 @@ def _approached(problem: Problem, backend: Backend, max_iterations: int, acceler
     clock = _Clock()
     solver = _Solver(problem, backend)
     mixer = Anderson(_DEPTH if accelerated else 0)
-    cut, guides, tolerance = problem.cut, problem.guides, problem.tolerance
-    z = problem.values[cut]
+    tolerance = problem.tolerance
+    mesh, remeshings, shortened = None, 0, False
+    z = problem.values[problem.cut]
     points = problem.points
-    before, beyond = z, np.zeros(len(cut))
+    before, beyond = z, np.zeros(len(z))
     history: list[float] = []
     course: list[float] = []
     ended = TerminationType.STAGNATION
     for _ in range(max_iterations):
         with clock("solve"):
             values = solver.values(points)
-        image = values[cut]
+        image = values[problem.cut]
         history.append(float(np.abs(image - before).max()))
         away = np.maximum(np.abs(image - before), np.abs(image - z))
         course.append(float(away.max()))
-        excess = guides.excess(image)
+        excess = problem.guides.excess(image)
         worst, amount = int(np.argmax(away)), course[-1]
-        if course[-1] < tolerance:
+        folded = course[-1] < tolerance and problem.arms.folded(problem.guides, z)
+        if course[-1] < tolerance and not folded:
             ended, worst, amount = TerminationType.CONVERGED, -1, 0.0
         elif not _oscillates(course) and (short := _short(excess, beyond, tolerance)) >= 0:
             ended, worst, amount = TerminationType.PROJECTION_FAILURE, short, float(excess[short])
-        stop = ended is not TerminationType.STAGNATION or _oscillates(course)
+        stop = ended is not TerminationType.STAGNATION or _oscillates(course) or folded
         with clock("move"):
-            target = guides.clipped(image if stop else mixer.following(z, image))
+            target = problem.guides.clipped(image if stop else mixer.following(z, image))
         with clock("deform"):
-            moved, taken = _valid_move(problem, z, target)
-        shortened = taken is not target
-        displacement = float(np.hypot(*(moved[cut] - points[cut]).T).mean())
+            move = valid_move(problem, z, target, image, backend, patient=not shortened, folded=folded)
+        shortened = move.z is not target and not move.spaced
+        displacement = float(np.hypot(*(move.points[move.problem.cut] - points[problem.cut]).T).mean())
         deviation = float(np.abs(image - before).mean())
-        z, points, before, beyond = taken, moved, image, excess
-        if stop:
+        z, points, problem, before, beyond = move.z, move.points, move.problem, image, excess
+        if move.remeshed is not None:
+            mesh = move.remeshed if mesh is None else mesh.then(move.remeshed)
+            remeshings += 1
+            solver = _Solver(problem, backend)
+            values = move.remeshed.weights @ values
+        if move.remeshed is not None or move.spaced:
+            # Another map than before: what the iteration has learnt of it starts anew.
+            mixer, course = Anderson(_DEPTH if accelerated else 0), []
+        if move.spaced:
+            before, beyond, ended = z, np.zeros(len(z)), TerminationType.STAGNATION
+        elif stop:
             break
     values = values.copy()
-    values[cut] = z
+    values[problem.cut] = z
     return Outcome(
         ended,
         points,
         values,
+        z,
+        problem.guides,
         tuple(history),
         displacement,
         deviation,
         worst,
         amount,
         shortened,
-        dict(clock.seconds),
+        mesh,
+        remeshings,
+        seconds=dict(clock.seconds),
     )
 
 
@@ -232,19 +263,3 @@ def _short(excess: FloatArray, before: FloatArray, tolerance: float) -> int:
     if not same.any():
         return -1
     return int(np.argmax(np.where(same, np.abs(excess), 0.0)))
-
-
-def _valid_move(problem: Problem, z: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the deformed mesh for elevations ``target``, or for a shorter step where triangles turn over."""
-    for _ in range(_HALVINGS):
-        points = problem.deformation.deformed(problem.cut, problem.guides.places(target))
-        if (_areas(points, problem.pattern.triangles) > 0).all():
-            return points, target
-        target = (z + target) / 2
-    points = problem.deformation.deformed(problem.cut, problem.guides.places(z))
-    return points, z
-
-
-def _areas(points: FloatArray, triangles: IntArray) -> FloatArray:
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return np.asarray((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))

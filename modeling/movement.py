@@ -11,6 +11,7 @@ import numpy as np
 from graben.arrays import BoolArray, FloatArray, IntArray, ints
 from graben.complexes import Complex
 from graben.cutgraph import CutGraph
+from graben.modeling.courses import courses, directions  # noqa: F401  the respacing asks for both here
 from graben.modeling.cutting import CutMesh
 from graben.modeling.fictitious import wall_edges
 from graben.modeling.guides import Guides, branch, sections
@@ -19,9 +20,6 @@ from graben.proximity import nearest
 from graben.surface import Surface, boundary_edges, chained
 
 _Near = Callable[[FloatArray], BoolArray]
-
-#: Tangent of the largest angle between v(t) and the normal of the trace: 60 degrees.
-_SLANT = np.sqrt(3.0)
 
 
 class Role(IntEnum):
@@ -144,7 +142,7 @@ def guides_of(
     held = np.flatnonzero(lip.roles != Role.FREE)
     ends = Guides.of([lines[k] for k in held])
     toward = np.zeros((len(cut.origin), 2))
-    toward[lip.copies[held]] = ends.directions(nodes[held, 2])
+    toward[lip.copies[held]] = ends.rates(nodes[held, 2])
     _free(lines, graph, cut, lip, faults, toward, reach)
     return Guides.of(lines)
 
@@ -262,51 +260,13 @@ def _free(
     """Set the guides of free copies: sections of their fault along v(t), formula (6)."""
     position = np.full(len(cut.origin), -1)
     position[lip.copies] = np.arange(len(lip.copies))
-    ways = np.zeros((len(lip.copies), 2))
+    ways, slants = np.zeros((len(lip.copies), 2)), np.zeros(len(lip.copies))
     for _, _, path in lip.chains:
         points = graph.nodes[cut.origin[path]][:, :2]
-        step = np.diff(points, axis=0)
-        length = np.hypot(*step.T)
-        unit = step / np.maximum(length, np.finfo(float).tiny)[:, None]
-        closed = path[0] == path[-1]
-        before = np.concatenate([unit[-1:] if closed else unit[:1], unit])
-        after = np.concatenate([unit, unit[:1] if closed else unit[-1:]])
-        tangent = before + after
-        # The fault dips to the right of the way: its left is up-dip.
-        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-        normal /= np.maximum(np.hypot(*normal.T), np.finfo(float).tiny)[:, None]
-        along = np.concatenate([[0.0], np.cumsum(length)])
-        normal = _smoothed(normal, along, reach)
-        t = along / max(along[-1], np.finfo(float).tiny)
-        first, second = ((1 - t) ** 2)[:, None], (t**2)[:, None]
-        way = (1 - first - second) * normal
-        way = way + first * toward[path[0]] + second * toward[path[-1]] if not closed else normal
-        ways[position[path]] = _across(way, normal)
+        closed, at = bool(path[0] == path[-1]), position[path]
+        ways[at], slants[at] = courses(points, closed, toward[path[0]], toward[path[-1]], reach)
     for f in np.unique(lip.faults[lip.roles == Role.FREE, 0]):
         mine = np.flatnonzero((lip.roles == Role.FREE) & (lip.faults[:, 0] == f))
-        made = sections(faults[f], graph.nodes[cut.origin[lip.copies[mine]]], ways[mine])
+        made = sections(faults[f], graph.nodes[cut.origin[lip.copies[mine]]], ways[mine], slants[mine])
         for k, line in zip(mine, made, strict=True):
             lines[k] = line
-
-
-def _smoothed(normal: FloatArray, along: FloatArray, reach: float) -> FloatArray:
-    """Return unit normals (k, 2) averaged over ``reach`` along a line, turned by less than 60 degrees."""
-    away = (along[:, None] - along[None, :]) / reach
-    mean = np.exp(-0.5 * away**2) @ normal
-    mean /= np.maximum(np.hypot(*mean.T), np.finfo(float).tiny)[:, None]
-    turned = (mean * normal).sum(axis=1) <= 0.5
-    return np.where(turned[:, None], normal, mean)
-
-
-def _across(way: FloatArray, normal: FloatArray) -> FloatArray:
-    """Return unit directions (k, 2) that make at most 60 degrees with the normals, on the side they point to.
-
-    A guide that runs nearly along the trace, as that of an exit on an oblique outline, would take the nodes
-    next to it along the strike of a steep fault.
-    """
-    along = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-    out = np.maximum((way * normal).sum(axis=1), 0.0)
-    aside = np.clip((way * along).sum(axis=1), -_SLANT * out, _SLANT * out)
-    turned = out[:, None] * normal + aside[:, None] * along
-    size = np.hypot(*turned.T)[:, None]
-    return np.where(size > 0, turned / np.where(size > 0, size, 1.0), normal)

@@ -12,9 +12,11 @@ from graben.cutgraph import CutGraph
 from graben.model import Horizon, Model
 from graben.modeling.cutting import CutMesh, opened
 from graben.modeling.distance import distances
+from graben.modeling.narrows import narrows
+from graben.modeling.noise import fitted, smoothing
 from graben.modeling.picks import NodeData, node_data
 from graben.modeling.triangulation import PlanMesh, triangulated
-from graben.proximity import nearest
+from graben.proximity import Nearest, PlanIndex, boxes, nearest
 from graben.surface import boundary_edges
 from graben.validators.context import Anchoring
 
@@ -42,6 +44,10 @@ class CutHorizon:
         Indices of the faults that cut the horizon.
     data : NodeData
         What trusted picks inside the zone say of the copies.
+    fitted : (n,) bool array
+        Copies outside the zone whose values are noisy: they take part in a least-squares fit.
+    smoothing : float
+        Length over which that fit smooths, model units; 0 without one.
     anchors : tuple of Anchoring
         How each subdomain is held.
     warnings : tuple of str
@@ -56,6 +62,8 @@ class CutHorizon:
     block: IntArray
     faults: IntArray
     data: NodeData
+    fitted: BoolArray
+    smoothing: float
     anchors: tuple[Anchoring, ...]
     warnings: tuple[str, ...]
 
@@ -78,11 +86,15 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
     gammas = np.array([model.gamma(model.faults[f], horizon) for f in faults])
     mesh = triangulated(horizon.surface, graph, horizon.step, gammas)
     cut = opened(mesh)
-    distance, block = _zones(graph, mesh, cut, faults, gammas)
+    distance, unknown, block = _zones(graph, mesh, cut, faults, gammas)
     labels = cut.node_labels
-    unknown = (distance <= gammas).any(axis=1) & (labels >= 0)
+    unknown &= labels >= 0
+    thin = narrows(graph, mesh.points[cut.origin], cut.triangles, gammas, horizon.step)
+    for part in thin:
+        unknown[part.held] = False
     anchors = []
-    warnings = [
+    warnings = [part.warning([f.name for f in model.faults], model.unit) for part in thin]
+    warnings += [
         f"gamma of {model.faults[f].name} is {gamma:.4g}, less than {_LEAST_GAMMA:g} steps of "
         f"{horizon.step:.4g}: the zone has hardly a node of its own, and what is smeared stays in the throw."
         for f, gamma in zip(faults, gammas, strict=True)
@@ -93,7 +105,7 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
         names = tuple(model.faults[f].name for f in np.unique(graph.faults[_touching(cut, mine)]))
         anchor = _anchoring(label, names, mesh, cut, unknown)
         if not anchor.holds and names:
-            away = distance[mine].min(axis=1)
+            away = distance[mine]
             gamma = max(away.max() / 2, _LEAST_GAMMA * horizon.step)
             unknown[np.flatnonzero(mine)[away > gamma]] = False
             anchor = _anchoring(label, names, mesh, cut, unknown)
@@ -107,6 +119,7 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
         anchors.append(anchor)
     surfaces = [model.faults[f].surface for f in faults]
     data = node_data(horizon.picks, graph, surfaces, gammas, mesh.points[cut.origin, :2], block)
+    horizon, length = _denoised(model, horizon, mesh, cut, unknown, graph)
     return CutHorizon(
         horizon,
         graph,
@@ -116,9 +129,32 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
         ints(block),
         ints(faults),
         data,
+        bools(fitted(cut.triangles, unknown, length, horizon.step) & (labels >= 0)),
+        length,
         tuple(anchors),
         tuple(warnings),
     )
+
+
+def _denoised(
+    model: Model, horizon: Horizon, mesh: PlanMesh, cut: CutMesh, unknown: BoolArray, graph: CutGraph
+) -> tuple[Horizon, float]:
+    """Return the horizon with a note on its noise, and the length over which a fit has to smooth it."""
+    if model.parameters.theta == 0:
+        # The Dirichlet energy alone has no length to smooth over.
+        return horizon, 0.0
+    # Picks were smoothed to their noise when the surface was fitted to them.
+    noise = None if len(horizon.picks) else horizon.noise
+    points = mesh.points[cut.origin]
+    needed = smoothing(points, cut.triangles, unknown, graph, horizon.step, noise)
+    if needed.length == 0:
+        return horizon, 0.0
+    said = "given" if noise is not None else "estimated from the nodes around the faults"
+    note = (
+        f"Noise of {needed.noise:.2g} {model.unit} ({said}): the zone is fitted to the nodes around it by "
+        f"least squares, smoothed over {needed.length:.3g} {model.unit}, not tied to each of them."
+    )
+    return replace(horizon, notes=(*horizon.notes, note)), needed.length
 
 
 def _touching(cut: CutMesh, mine: BoolArray) -> BoolArray:
@@ -128,28 +164,32 @@ def _touching(cut: CutMesh, mine: BoolArray) -> BoolArray:
 
 def _zones(
     graph: CutGraph, mesh: PlanMesh, cut: CutMesh, faults: IntArray, gammas: FloatArray
-) -> tuple[FloatArray, IntArray]:
-    """Return the distance of each copy to the cut of each fault, and its side there; 0 outside gamma."""
+) -> tuple[FloatArray, BoolArray, IntArray]:
+    """Return of each copy its distance to the cut, whether it lies in a zone, and its side of each fault.
+
+    The distance (n,) is infinite outside the boxes around the zones; the sides (n, f) are 0 outside gamma.
+    """
     plan = mesh.points[:, :2]
-    distance = np.full((len(cut.origin), len(faults)), np.inf)
+    index = PlanIndex(plan)
+    distance, unknown = np.full(len(plan), np.inf), np.zeros(len(plan), dtype=bool)
     block = np.zeros((len(cut.origin), len(faults)), dtype=np.int64)
     for k, f in enumerate(faults):
         mine = graph.faults == f
         ends = graph.nodes[graph.edges[mine]][:, :, :2].reshape(-1, 2)
-        near = np.flatnonzero(
-            ((plan >= ends.min(axis=0) - gammas[k]) & (plan <= ends.max(axis=0) + gammas[k])).all(axis=1)
-        )
+        near = index.within(ends.min(axis=0) - gammas[k], ends.max(axis=0) + gammas[k])
         away, edge = distances(plan[near], graph, mine)
         at = plan[near]
         a, b = graph.nodes[graph.edges[edge, 0], :2], graph.nodes[graph.edges[edge, 1], :2]
         right = (b[:, 0] - a[:, 0]) * (at[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (at[:, 0] - a[:, 0]) < 0
-        whole, side = np.full(len(plan), np.inf), np.zeros(len(plan), dtype=np.int64)
-        whole[near] = away
+        distance[near] = np.minimum(distance[near], away)
+        side = np.zeros(len(plan), dtype=np.int64)
         side[near] = np.where(away <= gammas[k], np.where(right, 1, -1), 0)
-        distance[:, k], block[:, k] = whole[cut.origin], side[cut.origin]
+        unknown |= side != 0
+        within = np.flatnonzero((side != 0)[cut.origin])
+        block[within, k] = side[cut.origin[within]]
         block[cut.left[mine], k] = -1
         block[cut.right[mine], k] = 1
-    return distance, block
+    return distance[cut.origin], unknown[cut.origin], block
 
 
 def _anchoring(
@@ -163,11 +203,22 @@ def _anchoring(
     areas = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
     middles = (a + b + c) / 3.0
     place = (areas[:, None] * middles).sum(axis=0) / areas.sum()
-    near = nearest(place[None, :2], points, faces)
+    near = _nearest_one(place[:2], points, faces)
     if near.distance[0] > _IN_LINE * np.ptp(middles[:, :2]):
         # The middle of a part that bends round another lies in that other.
         place = middles[near.simplex[0]]
     return Anchoring(label, names, len(held), _spread(held), place)
+
+
+def _nearest_one(place: FloatArray, points: FloatArray, faces: IntArray) -> Nearest:
+    """Return the triangle nearest to one place (2,) in plan, without a tree over all of them."""
+    low, high = boxes(points, faces)
+    low, high = low[:, :2], high[:, :2]
+    least = (np.maximum(np.maximum(low - place, place - high), 0.0) ** 2).sum(axis=1)
+    most = (np.maximum(np.abs(low - place), np.abs(high - place)) ** 2).sum(axis=1)
+    close = np.flatnonzero(least <= most.min())
+    near = nearest(place[None], points, faces[close])
+    return replace(near, simplex=close[near.simplex])
 
 
 def _spread(points: FloatArray) -> bool:

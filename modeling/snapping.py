@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray
@@ -63,16 +65,83 @@ def _contracted(trace: Trace, span: float) -> Trace:
     shared = rows[count > 1]
     if len(shared) == 0:
         return trace
-    plan = trace.points[:, :2]
-    rank = _rank(trace)
-    labels = component_labels(len(plan), shared)
-    target = np.arange(len(plan))
+    labels = component_labels(len(trace.points), shared)
+    target = np.arange(len(trace.points))
     for label in np.unique(labels[shared]):
-        group = np.flatnonzero(labels == label)
-        if np.hypot(*np.ptp(plan[group], axis=0)) < span:
-            off = np.hypot(*(plan[group] - plan[group].mean(axis=0)).T)
-            target[group] = group[np.lexsort((off, rank[group]))[0]]
+        _together(target, trace, np.flatnonzero(labels == label), span)
     return _joined(trace, target)
+
+
+def _together(target: IntArray, trace: Trace, group: IntArray, span: float) -> None:
+    """Set the target of a group of points less than ``span`` wide to the one nearest to its middle."""
+    plan = trace.points[group, :2]
+    if np.hypot(*np.ptp(plan, axis=0)) < span:
+        off = np.hypot(*(plan - plan.mean(axis=0)).T)
+        target[group] = group[np.lexsort((off, _rank(trace)[group]))[0]]
+
+
+def unlooped(trace: Trace, step: float) -> tuple[Trace, IntArray]:
+    """Return the trace with loops less than a step wide made points, and the edges that went with them.
+
+    Where three faults cross nearly in one point, or two near the boundary, they cut out a part of the horizon
+    without a node of its own: the mesh can neither hold nor move it, so the faults are drawn as crossing in
+    one point. So is a junction that lies right beside an exit. A ring that joins nothing stays.
+
+    Parameters
+    ----------
+    trace : Trace
+        As of :func:`snapped`.
+    step : float
+        Of the horizon, model units.
+    """
+    count = len(trace.points)
+    rows = np.unique(np.sort(trace.edges, axis=1), axis=0)
+    joins = np.concatenate([_around_loops(trace, rows, step), _to_exits(trace, rows, _TOGETHER * step)])
+    labels = component_labels(count + int(joins.max(initial=0)), joins)[:count]
+    target = np.arange(count)
+    degree = np.bincount(rows.ravel(), minlength=count)
+    for label in np.unique(labels[joins[joins < count]]):
+        group = np.flatnonzero(labels == label)
+        if (degree[group] > 2).any():
+            _together(target, trace, group, step)
+    at = target[trace.edges]
+    return _joined(trace, target), np.flatnonzero(at[:, 0] == at[:, 1])
+
+
+def _around_loops(trace: Trace, rows: IntArray, width: float) -> IntArray:
+    """Return pairs (p, 2) of points and loops, numbered after them: the points on and in loops so narrow.
+
+    The boundary closes a loop between exits no further from each other.
+    """
+    plan = trace.points[:, :2]
+    exits = np.intersect1d(np.flatnonzero(trace.outer == 1), rows)
+    beside = exits[cKDTree(plan[exits]).query_pairs(width, output_type="ndarray").reshape(-1, 2)]
+    lines = plan[np.concatenate([rows, beside])]
+    faces = shapely.get_parts(shapely.polygonize(shapely.linestrings(lines)))
+    low, high = shapely.bounds(faces).reshape(-1, 2, 2).transpose(1, 0, 2)
+    faces = faces[np.hypot(*(high - low).T) < width]
+    used = np.unique(rows)
+    tree = shapely.STRtree(shapely.points(plan[used]))
+    face, point = tree.query(faces, predicate="dwithin", distance=NEAR * width)
+    return np.column_stack([used[point], len(plan) + face])
+
+
+def _to_exits(trace: Trace, rows: IntArray, reach: float) -> IntArray:
+    """Return the edges (p, 2) of the ways from exits to junctions within ``reach`` of them."""
+    plan, count = trace.points[:, :2], len(trace.points)
+    degree = np.bincount(rows.ravel(), minlength=count)
+    exits, forks = np.flatnonzero((trace.outer == 1) & (degree > 0)), np.flatnonzero(degree > 2)
+    length = np.hypot(*(plan[rows[:, 1]] - plan[rows[:, 0]]).T)
+    graph = coo_array((length, tuple(rows.T)), shape=(count, count)).tocsr()
+    found = [np.zeros((0, 2), dtype=np.int64)]
+    if len(exits) and len(forks):
+        away, before = dijkstra(graph, directed=False, indices=exits, limit=reach, return_predecessors=True)
+        for k, node in np.argwhere(np.isfinite(away[:, forks])).tolist():
+            at = int(forks[node])
+            while before[k, at] >= 0:
+                found.append(np.array([[at, before[k, at]]]))
+                at = int(before[k, at])
+    return np.concatenate(found)
 
 
 def _rank(trace: Trace) -> IntArray:

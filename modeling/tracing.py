@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from graben.arrays import BoolArray, FloatArray, IntArray
+from graben.arrays import FloatArray, IntArray
 from graben.complexes import Complex
 from graben.cutgraph import CutGraph, DroppedTrace, NodeKind
 from graben.errors import ModelingError
 from graben.model import Horizon, Model
 from graben.modeling.calming import calmed
 from graben.modeling.resampling import Trace, node_kinds, resampled
-from graben.modeling.snapping import NEAR, along_boundary, reaching, snapped, without
+from graben.modeling.snapping import NEAR, along_boundary, reaching, snapped, unlooped, without
 from graben.refinement import component_labels, refined
 from graben.surface import Surface, boundary_edges, mean_dip_direction, triangle_areas
 
@@ -23,6 +23,7 @@ _PIECE = 2.0
 #: Ends beyond a junction shorter than this many steps are dropped: the mesh could not open them.
 _STUB = 1.0
 _SKIRTS = "along the boundary of the horizon"
+_LOOP = "around less than a step, drawn as a point"
 
 
 def cut_graph(model: Model, horizon: Horizon, network: Complex) -> CutGraph:
@@ -41,25 +42,30 @@ def cut_graph(model: Model, horizon: Horizon, network: Complex) -> CutGraph:
     reach = NEAR * horizon.step
     surface = calmed(horizon.surface, [f.surface for f in model.faults])
     trace = snapped(exact_trace(surface, network, names, reach), horizon.step)
+    whole, looped = trace, unlooped(trace, horizon.step)
+    trace = looped[0]
+    loops = _left_out(whole, looped[1], _LOOP)
     beside = along_boundary(trace, horizon.surface, reach)
-    skirting = _skirting(trace, beside)
+    skirting = _left_out(trace, np.flatnonzero(beside), _SKIRTS)
     trace = reaching(without(trace, beside), horizon.surface, reach)
     keep, dropped = _long_enough(trace, horizon.step)
     directions = [mean_dip_direction(f.surface.vertices, f.surface.triangles)[0] for f in model.faults]
-    graph = resampled(horizon.name, _kept(trace, keep), horizon.step, directions, (*skirting, *dropped))
+    graph = resampled(
+        horizon.name, _kept(trace, keep), horizon.step, directions, (*loops, *skirting, *dropped)
+    )
     _require_no_crossing(graph, names)
     return graph
 
 
-def _skirting(trace: Trace, beside: BoolArray) -> list[DroppedTrace]:
-    """Return what is left out of each fault because it runs along the horizon's boundary."""
-    ends = trace.points[trace.edges]
+def _left_out(trace: Trace, edges: IntArray, reason: str) -> list[DroppedTrace]:
+    """Return what is left out of each fault with these edges."""
+    ends = trace.points[trace.edges[edges]]
     lengths = np.hypot(*(ends[:, 1, :2] - ends[:, 0, :2]).T)
     dropped = []
-    for fault in np.unique(trace.faults[beside]):
-        mine = beside & (trace.faults == fault)
+    for fault in np.unique(trace.faults[edges]):
+        mine = trace.faults[edges] == fault
         place = ends[mine].mean(axis=(0, 1))
-        dropped.append(DroppedTrace(int(fault), float(lengths[mine].sum()), place, _SKIRTS))
+        dropped.append(DroppedTrace(int(fault), float(lengths[mine].sum()), place, reason))
     return dropped
 
 
@@ -152,7 +158,10 @@ def _short_branches(trace: Trace, keep: IntArray, step: float, dropped: list[Dro
     lengths = np.bincount(branch, np.hypot(*(plan[:, 1, :2] - plan[:, 0, :2]).T))
     held = np.unique(np.stack([np.repeat(branch, 2), edges.ravel()], axis=1)[junction[edges.ravel()]], axis=0)
     holds = np.bincount(held[:, 0], minlength=len(lengths))
-    short = (holds <= 1) & (lengths < np.where(holds == 0, _PIECE, _STUB) * step)
+    leaves = np.bincount(branch, (kinds[edges] == NodeKind.EXIT).any(axis=1)) > 0
+    short = (holds == 0) & (lengths < _PIECE * step)
+    # What leads from a junction to the boundary parts the two sides of its fault, however short.
+    short |= (holds == 1) & ~leaves & (lengths < _STUB * step)
     whole = np.bincount(piece[~short[branch]], minlength=piece.max(initial=-1) + 1) == 0
     groups, chosen = (piece, whole) if whole.any() else (branch, short)
     reason = "piece shorter than two steps" if whole.any() else "stub beyond a junction"

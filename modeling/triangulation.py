@@ -14,8 +14,8 @@ from graben.errors import ModelingError
 from graben.modeling.distance import distances
 from graben.modeling.snapping import NEAR
 from graben.modeling.zone import CLEARANCE, zone_of
-from graben.proximity import nearest
-from graben.surface import Surface, boundary_edges
+from graben.proximity import boxes, boxes_over, nearest
+from graben.surface import Surface, boundary_edges, edge_sharing, edge_table
 
 #: Width of the band around the cut that is triangulated anew, in steps.
 _BAND = 2.5
@@ -75,8 +75,8 @@ def triangulated(horizon: Surface, graph: CutGraph, step: float, gammas: FloatAr
     outer[boundary_edges(faces)] = True
     if len(graph.edges) == 0:
         return PlanMesh(vertices, faces, np.zeros((0, 2), dtype=np.int64), outer)
-    distance = distances(vertices, graph)[0]
-    redo = (distance[faces] < max(gammas.max(), 0.0) + _BAND * step).any(axis=1)
+    band = max(gammas.max(), 0.0) + _BAND * step
+    redo = (distances(vertices, graph, within=band)[0] < band)[faces].any(axis=1)
     redo |= _crossed(vertices, faces, graph, step)
     rim = boundary_edges(faces[redo])
     on_rim = np.zeros(len(vertices), dtype=bool)
@@ -97,20 +97,62 @@ def triangulated(horizon: Surface, graph: CutGraph, step: float, gammas: FloatAr
     new = _constrained(points[:, :2], np.concatenate([graph.edges, index[rim]]))
     new = new[_inside(points, new, vertices, faces[redo])]
     kept = np.flatnonzero(~redo)
-    others = np.setdiff1d(np.unique(faces[kept]), chosen)
+    used = np.zeros(len(vertices), dtype=bool)
+    used[faces[kept]] = True
+    used[chosen] = False
+    others = np.flatnonzero(used)
     index[others] = len(points) + np.arange(len(others))
     triangles = np.concatenate([new, index[faces[kept]]])
     border = np.concatenate(
         [graph.kinds == NodeKind.EXIT, outer[chosen], np.zeros(len(fill), dtype=bool), outer[others]]
     )
-    return PlanMesh(np.concatenate([points, vertices[others]]), triangles, graph.edges, border)
+    whole = np.concatenate([points, vertices[others]])
+    exits = graph.nodes[graph.kinds == NodeKind.EXIT]
+    triangles = _without_ears(whole, triangles, border, exits, graph.edges, float(gammas.max()))
+    return PlanMesh(whole, triangles, graph.edges, border)
+
+
+def _without_ears(
+    points: FloatArray, triangles: IntArray, outer: BoolArray, exits: FloatArray, cut: IntArray, reach: float
+) -> IntArray:
+    """Return the triangles with those in corners of the outline turned so that none has only outer nodes.
+
+    Where an exit moves round a corner, the nodes between slide along the outline (paper Sect. 5), and a
+    triangle of three of them would come to lie on one straight side. ``exits`` (x, 3): within ``reach`` of
+    these.
+    """
+    if len(exits) == 0:
+        return triangles
+    ears = np.flatnonzero(outer[triangles].all(axis=1))
+    ears = ears[cKDTree(exits[:, :2]).query(points[triangles[ears], :2])[0].min(axis=1) <= reach]
+    edges, sides = edge_table(triangles)
+    sharing = edge_sharing(sides, len(edges))
+    held = {(min(a, b), max(a, b)) for a, b in cut.tolist()}
+    result = triangles.copy()
+    for t in ears:
+        inner = np.flatnonzero(sharing[sides[t]] == 2)
+        if len(inner) != 1 or tuple(edges[sides[t, inner[0]]].tolist()) in held:
+            continue
+        other = next(o for o in np.flatnonzero((sides == sides[t, inner[0]]).any(axis=1)) if o != t)
+        corner = triangles[t, inner[0]]
+        a, b = triangles[t, (inner[0] + 1) % 3], triangles[t, (inner[0] + 2) % 3]
+        far = next(int(n) for n in triangles[other] if n not in (a, b))
+        new = ints([[corner, a, far], [corner, far, b]])
+        if not outer[far] and (_double_areas(points, new) > 0).all():
+            result[t], result[other] = new
+    return result
+
+
+def _double_areas(points: FloatArray, triangles: IntArray) -> FloatArray:
+    """Return twice the plan areas of triangles, (m,), positive for those counter-clockwise."""
+    a, b, c = (points[triangles[:, k], :2] for k in range(3))
+    return np.asarray((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
 
 
 def upward(vertices: FloatArray, triangles: IntArray) -> IntArray:
     """Return the triangles turned counter-clockwise in plan."""
-    a, b, c = (vertices[triangles[:, k], :2] for k in range(3))
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    return ints(np.where((area < 0)[:, None], triangles[:, ::-1], triangles))
+    turned = _double_areas(vertices, triangles) < 0
+    return ints(np.where(turned[:, None], triangles[:, ::-1], triangles))
 
 
 def _crossed(vertices: FloatArray, faces: IntArray, graph: CutGraph, step: float) -> BoolArray:
@@ -119,8 +161,11 @@ def _crossed(vertices: FloatArray, faces: IntArray, graph: CutGraph, step: float
     parts = max(2, int(np.ceil(2 * np.hypot(*(ends[:, 1] - ends[:, 0]).T).max() / step)))
     share = np.linspace(0.0, 1.0, parts + 1)[:, None, None]
     points = (ends[:, 0] * (1 - share) + ends[:, 1] * share).reshape(-1, 2)
+    # the cut lies on the horizon to rounding: no triangle further off than a step can hold one
+    low, high = boxes(vertices, faces)
+    close = np.flatnonzero(boxes_over(low - step, high + step, points, points))
     found = np.zeros(len(faces), dtype=bool)
-    found[nearest(points, vertices, faces).simplex] = True
+    found[close[nearest(points, vertices, faces[close]).simplex]] = True
     return found
 
 
@@ -189,8 +234,8 @@ def _constrained(points: FloatArray, segments: IntArray) -> IntArray:
 def _inside(points: FloatArray, new: IntArray, vertices: FloatArray, old: IntArray) -> BoolArray:
     """Return which new triangles lie in the region of the old ones, by their centres."""
     away = nearest(points[new][:, :, :2].mean(axis=1), vertices, old).distance
+    area = _double_areas(points, new)
     a, b, c = (points[new[:, k], :2] for k in range(3))
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     longest = np.max(
         [((a - b) ** 2).sum(axis=1), ((b - c) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1)], axis=0
     )

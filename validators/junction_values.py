@@ -11,7 +11,7 @@ from graben.complexes import Complex
 from graben.cutgraph import CutGraph
 from graben.finding import Element, Part
 from graben.proximity import nearest
-from graben.surface import Surface, boundary_edges, edge_table, triangle_normals
+from graben.surface import Surface, edge_table, triangle_normals
 from graben.validators.context import CONTACT, Check, CheckContext, Defect, Need, Tolerance
 from graben.validators.junction import common_edges
 from graben.validators.measuring.measures import plural
@@ -19,7 +19,7 @@ from graben.validators.measuring.trace_measures import above
 
 #: A junction stands within this many steps of the place where its faults cross: points closer to each other
 #: than the mesh can resolve are one node of the cut graph.
-RESOLVED = 0.5
+RESOLVED = 1.0
 #: Dip from which a fault has no elevation at a place of the plan, degrees.
 VERTICAL = 89.9
 
@@ -87,7 +87,7 @@ def _above(fault: Surface, points: FloatArray, contact: float) -> FloatArray:
     near = nearest(points, fault.vertices, fault.triangles)
     normal = triangle_normals(fault.vertices, fault.triangles[near.simplex])
     steep = np.abs(normal[:, 2]) <= np.cos(np.radians(VERTICAL)) * np.linalg.norm(normal, axis=1)
-    rim = boundary_edges(fault.triangles)
+    rim = fault.rim
     if len(rim):
         steep |= nearest(near.place, fault.vertices, rim).distance <= contact
     away = near.place - points

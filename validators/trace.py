@@ -13,7 +13,7 @@ from graben.cutgraph import CutGraph, NodeKind
 from graben.finding import Element, Part
 from graben.model import Fault, Horizon
 from graben.proximity import nearest
-from graben.surface import Surface, boundary_edges
+from graben.surface import Surface
 from graben.validators.context import Check, CheckContext, Defect, Need, Scope, Severity
 from graben.validators.measuring.measures import amount, plural
 from graben.validators.measuring.reach import reach_of
@@ -41,9 +41,10 @@ def _run(context: CheckContext) -> list[Defect]:
     traced = context.traced()
     if traced and len(traced) == len(context.model.horizons):
         cutting = np.unique(np.concatenate([_met(graph) for _, graph in traced]))
-        short = {f.name for f in context.model.faults for h, g in traced if _short(context, h, g, f)}
         idle = [
-            f.surface for k, f in enumerate(context.model.faults) if k not in cutting and f.name not in short
+            f.surface
+            for k, f in enumerate(context.model.faults)
+            if k not in cutting and not any(_short(context, h, g, f) for h, g in traced)
         ]
         found += [_idle(surface, [h.surface for h, _ in traced], context.unit) for surface in idle]
     for horizon, graph in traced:
@@ -66,26 +67,28 @@ def _short(context: CheckContext, horizon: Horizon, graph: CutGraph, fault: Faul
     A boundary of the horizon that runs within a step of the fault, off the fault's rim and off its trace: the
     horizon was cut or left open there before it came, and is not cut anew.
     """
-    surface, step = horizon.surface, horizon.step
-    edges = surface.vertices[boundary_edges(surface.triangles)]
+    step = horizon.step
+    rim, vertices = fault.surface.rim, fault.surface.vertices
+    edges = horizon.surface.vertices[horizon.surface.rim]
     middles = edges.mean(axis=1)
-    near = nearest(middles, fault.surface.vertices, fault.surface.triangles)
-    close = np.flatnonzero((near.distance > context.contact) & (near.distance < step))
-    rim = boundary_edges(fault.surface.triangles)
+    close = _around(middles, vertices, step)
+    near = nearest(middles[close], vertices, fault.surface.triangles)
+    within = (near.distance > context.contact) & (near.distance < step)
+    close, distance, place = close[within], near.distance[within], near.place[within]
     if len(rim):
-        off = nearest(near.place[close], fault.surface.vertices, rim).distance
-        close = close[off > _OFF_RIM * step]
+        off = nearest(place, vertices, rim).distance > _OFF_RIM * step
+        close, distance = close[off], distance[off]
     number = context.model.faults.index(fault)
     trace = graph.edges[graph.faults == number]
     if len(trace) and len(close):
-        away = nearest(middles[close, :2], graph.nodes, trace).distance
-        close = close[away > _AT_TRACE * step]
+        beside = nearest(middles[close, :2], graph.nodes, trace).distance > _AT_TRACE * step
+        close, distance = close[beside], distance[beside]
     along = float(np.linalg.norm(edges[close, 1] - edges[close, 0], axis=1).sum())
     if along < _AT_TRACE * step:
         return None
     # the sides of a strip come near it at its corners only: the middle one says how far short it ends
-    gap = float(np.median(near.distance[close]))
-    worst = close[np.argmin(np.abs(near.distance[close] - gap))]
+    gap = float(np.median(distance))
+    worst = close[np.argmin(np.abs(distance - gap))]
     x, y, z = (float(c) for c in middles[worst])
     return Defect(
         (horizon.name, fault.name),
@@ -100,6 +103,12 @@ def _short(context: CheckContext, horizon: Horizon, graph: CutGraph, fault: Faul
         parts=(Part("short of the fault", len(close), (x, y, z), gap, context.unit),),
         severity=Severity.WARN,
     )
+
+
+def _around(points: FloatArray, places: FloatArray, reach: float) -> IntArray:
+    """Return which points (n, 3) lie within ``reach`` of the box of places (k, 3)."""
+    low, high = places.min(axis=0) - reach, places.max(axis=0) + reach
+    return np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
 
 
 def _too_short(context: CheckContext, horizon: Horizon, graph: CutGraph, number: int) -> Defect | None:

@@ -17,6 +17,7 @@ import numpy as np
 
 from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
 from graben.errors import InputError, OutputError
+from graben.formats.numbers import rows_of_text
 from graben.formats.text import decoded, load_bytes, shortened
 from graben.model import GridGeometry
 from graben.surface import Surface
@@ -175,15 +176,15 @@ def write_irap_ascii(path: Path, geometry: GridGeometry, values: FloatArray) -> 
     x, y, dx, dy, rotation = (float(number) for number in (*g.origin, g.dx, g.dy, g.rotation))
     far = (x + (g.columns - 1) * dx, y + (g.rows - 1) * dy)
     flat = np.where(np.isfinite(values), values, UNDEFINED).T.ravel()
-    words = [repr(value) for value in flat.tolist()]
-    lines = [
+    head = [
         f"{_ID} {g.rows} {dx!r} {dy!r}",
         f"{x!r} {far[0]!r} {y!r} {far[1]!r}",
         f"{g.columns} {rotation!r} {x!r} {y!r}",
         "0 0 0 0 0 0 0",
-        *(" ".join(words[k : k + _VALUES_PER_LINE]) for k in range(0, len(words), _VALUES_PER_LINE)),
     ]
-    path.write_text("\n".join([*lines, ""]), encoding="ascii", newline="\n")
+    full = len(flat) // _VALUES_PER_LINE * _VALUES_PER_LINE
+    lines = rows_of_text(flat[:full].reshape(-1, _VALUES_PER_LINE)) + rows_of_text(flat[None, full:])
+    path.write_bytes("\n".join(head).encode() + b"\n" + b"\n".join(line for line in lines if line) + b"\n")
 
 
 def write_irap_binary(path: Path, geometry: GridGeometry, values: FloatArray) -> None:

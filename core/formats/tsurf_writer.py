@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graben.arrays import FloatArray
+from graben.formats.numbers import blocks, rows_of_text
 from graben.formats.tsurf import Sign
 from graben.surface import Surface
 
@@ -54,25 +56,35 @@ def write_tsurf(
         f"ZPOSITIVE {z.capitalize()}",
         "END_ORIGINAL_COORDINATE_SYSTEM",
     ]
-    parts: list[str] = []
-    for surface in surfaces:
-        # A line holds the name: whatever would end it, or make the file binary, becomes a space.
-        name = " ".join("".join(c if c.isprintable() else " " for c in surface.name).split())
-        parts += ["GOCAD TSurf 1", "HEADER {", f"name:{name}", "}", *frame]
-        parts += [f"GEOLOGICAL_FEATURE {name}", f"GEOLOGICAL_TYPE {feature}"]
-        parts += _mesh_lines(surface, z, values)
-    path.write_text("\n".join([*parts, ""]), encoding="utf-8", newline="\n")
+    with path.open("wb") as file:
+        for surface in surfaces:
+            # A line holds the name: whatever would end it, or make the file binary, becomes a space.
+            name = " ".join("".join(c if c.isprintable() else " " for c in surface.name).split())
+            head = ["GOCAD TSurf 1", "HEADER {", f"name:{name}", "}", *frame]
+            head += [f"GEOLOGICAL_FEATURE {name}", f"GEOLOGICAL_TYPE {feature}"]
+            head += _property_header(list(values)) if values else []
+            file.write("\n".join([*head, "TFACE", ""]).encode())
+            for text in _mesh_text(surface, z, values):
+                file.write(text)
+            file.write(b"END\n")
 
 
-def _mesh_lines(surface: Surface, z: Sign, properties: Mapping[str, NDArray[Any]]) -> list[str]:
-    """Return the lines from the properties to END."""
-    head = _property_header(list(properties)) if properties else []
+def _mesh_text(surface: Surface, z: Sign, properties: Mapping[str, NDArray[Any]]) -> Iterator[bytes]:
+    """Yield the lines of vertices and triangles, block by block."""
+    line = b"PVRTX %d %b\n" if properties else b"VRTX %d %b\n"
     vertices = in_convention(surface.vertices, z)
-    keyword = "PVRTX" if properties else "VRTX"
-    columns = [_texts(column) for column in (*vertices.T, *properties.values())]
-    rows = (f"{keyword} {i} {' '.join(row)}" for i, row in enumerate(zip(*columns, strict=True), start=1))
-    corners = (f"TRGL {a} {b} {c}" for a, b, c in (surface.triangles + 1).tolist())
-    return [*head, "TFACE", *rows, *corners, "END"]
+    for block in blocks(len(vertices)):
+        columns = [vertices[block], *(values[block, None] for values in properties.values())]
+        texts = map(b" ".join, zip(*(rows_of_text(c) for c in _joined(columns)), strict=True))
+        yield b"".join(map(line.__mod__, enumerate(texts, start=block.start + 1)))
+    for block in blocks(len(surface.triangles)):
+        yield b"TRGL " + b"\nTRGL ".join(rows_of_text(surface.triangles[block] + 1)) + b"\n"
+
+
+def _joined(columns: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
+    """Return columns (n, k) with those of one kind of number that follow each other in one array."""
+    runs = groupby(columns, key=lambda column: column.dtype)
+    return [np.concatenate(list(run), axis=1) for _, run in runs]
 
 
 def _property_header(names: Sequence[str]) -> list[str]:
@@ -97,8 +109,3 @@ def _property_header(names: Sequence[str]) -> list[str]:
 def in_convention(points: FloatArray, z: Sign) -> FloatArray:
     """Return points, shape (n, 3), with z counted as ``z`` says instead of upwards."""
     return points if z == "elevation" else np.asarray(points * np.array([1.0, 1.0, -1.0]), dtype=np.float64)
-
-
-def _texts(column: NDArray[Any]) -> list[str]:
-    """Return the shortest texts that read back to the same numbers, which take at most 17 digits."""
-    return [repr(value) for value in column.tolist()]

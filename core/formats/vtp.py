@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from errno import EIO
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,9 @@ from numpy.typing import ArrayLike
 from graben.formats.tsurf import Sign
 from graben.formats.tsurf_writer import in_convention
 from graben.surface import Surface
+
+#: Of zlib: takes half the time of the usual level and gives files a tenth larger.
+_COMPRESSION = 1
 
 
 def write_vtp(
@@ -32,4 +36,11 @@ def write_vtp(
     mesh = surface.with_vertices(in_convention(surface.vertices, z)).to_pyvista()
     for name, values in (arrays or {}).items():
         mesh.point_data[name] = np.asarray(values)
-    mesh.save(str(path))
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
+    writer = vtkXMLPolyDataWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(mesh)
+    writer.SetCompressionLevel(_COMPRESSION)
+    if not writer.Write():
+        raise OSError(EIO, "VTK could not write the file", str(path))

@@ -27,6 +27,8 @@ _LINE = 60
 #: The view is full with so many times the triangles it is thinned to.
 _OVERFULL = 2.0
 _SPOT = "#D500F9"
+#: How opaque horizons are to begin with, percent: what is marked on faults lies behind them.
+_VEIL = 30
 _HORIZONS = ("#8FA37A", "#B7A46A", "#7FA3A3", "#A38F7A")
 
 
@@ -55,7 +57,17 @@ def check_scene(scenery: Scenery, numbered: Mapping[int, Finding]) -> Scene | No
             data += traces
     spot = {"size": 16, "symbol": "circle-open", "color": _SPOT, "line": {"width": 3}}
     data.append(space.points("the place", floats([], 0, 3), marker=spot, visible=False, hoverinfo="skip"))
-    return Scene(data, space.layout(), groups, space.exaggeration, spot=len(data) - 1, note=note)
+    veiled = [k for g in groups if g.kind == "Horizons" for k in g.traces]
+    return Scene(
+        data,
+        space.layout(),
+        groups,
+        space.exaggeration,
+        veiled=veiled,
+        veil=_VEIL,
+        spot=len(data) - 1,
+        note=note,
+    )
 
 
 def _surfaces(scenery: Scenery, space: Space, data: list[dict[str, Any]], groups: list[Group]) -> str:
@@ -63,15 +75,16 @@ def _surfaces(scenery: Scenery, space: Space, data: list[dict[str, Any]], groups
     whole = sum(len(s.surface.triangles) for s in scenery.shapes.values())
     share, shown, missing = min(MOST_TRIANGLES / whole, 1.0), 0, 0
     for kind, shapes in (("Horizons", scenery.horizons), ("Faults", scenery.faults)):
-        colours, opacity = (_HORIZONS, 0.3) if kind == "Horizons" else (FAULT_COLOURS, 0.6)
+        colours, opacity = (_HORIZONS, _VEIL / 100.0) if kind == "Horizons" else (FAULT_COLOURS, 0.6)
         for number, (name, shape) in enumerate(shapes.items()):
+            colour = colours[number % len(colours)]
             kept, triangles = thinned_surface(shape.surface, share)
             if shown + len(triangles) > _OVERFULL * MOST_TRIANGLES:
                 missing += 1
                 continue
             shown += len(triangles)
-            style = {"color": colours[number % len(colours)], "opacity": opacity, "flatshading": True}
-            groups.append(Group(kind, seen(name), (len(data),)))
+            style = {"color": colour, "opacity": opacity, "flatshading": True}
+            groups.append(Group(kind, seen(name), (len(data),), colour))
             data.append(space.mesh(seen(name), shape.surface.vertices[kept], triangles, **style))
     left = f" {plural(missing, 'surface')} left out." if missing else ""
     thinned = f"Thinned for this view to {shown:,} of {whole:,} triangles; the rims are whole.{left}"

@@ -11,6 +11,7 @@ from graben.modeling.results import HorizonResult, Subdomain
 from graben.reports.figures import convergence_figure, throw_figure
 from graben.reports.json_report import Files
 from graben.reports.ledger_rows import ledger
+from graben.reports.model_files import ModelFiles
 from graben.reports.page import Picture, picture, rendered
 from graben.reports.plan_map import detail_window, map_figure
 from graben.reports.section import section_figure, section_place
@@ -35,7 +36,9 @@ _MOST_SECTIONS = 4
 _MARGIN = 2.0  # of a detail map, gammas
 
 
-def report_html(result: RunResult, files: Files, truth: Truth | None = None) -> str:
+def report_html(
+    result: RunResult, files: Files, truth: Truth | None = None, whole: ModelFiles | None = None
+) -> str:
     """Return report.html of a run.
 
     Parameters
@@ -46,16 +49,18 @@ def report_html(result: RunResult, files: Files, truth: Truth | None = None) -> 
         For each horizon the files written for it: what the file is -> path relative to the report.
     truth : mapping of str to sequence of (k,) arrays, optional
         For a horizon the true throws at the rows of its cutoffs.
+    whole : ModelFiles, optional
+        The files written for the whole model, and why others were not.
 
     Returns
     -------
     str
         The page. Only the timings and the peak memory differ between two runs on the same input.
     """
-    return rendered("report.html", scene(result), **_page(result, files, truth or {}))
+    return rendered("report.html", scene(result), **_page(result, files, truth or {}, whole or ModelFiles()))
 
 
-def _page(result: RunResult, files: Files, truth: Truth) -> dict[str, Any]:
+def _page(result: RunResult, files: Files, truth: Truth, whole: ModelFiles) -> dict[str, Any]:
     """Return what the template shows, all of it plain text."""
     model, frame = result.model, Frame.of(result.model)
     step = max((h.step for h in model.horizons), default=model.size / 100.0 or 1.0)
@@ -79,6 +84,8 @@ def _page(result: RunResult, files: Files, truth: Truth) -> dict[str, Any]:
             for k, h in enumerate(result.horizons, start=1)
         ],
         "not_modeled": list(result.not_modeled.items()),
+        "whole": [(_WHOLE[what], path) for what, path in whole.files.items() if what in _WHOLE],
+        "not_written": [(_WHOLE[what], why) for what, why in whole.not_written.items()],
         "horizon_warnings": [(h.name, w) for h in result.horizons for w in h.warnings],
         "repaired": bool(result.repairs),
         "before": _check(result.before, frame, step),
@@ -128,6 +135,13 @@ def _horizon(
         "files": list(files.items()),
     }
 
+
+#: What the files of the whole model are; the model itself stands above them.
+_WHOLE = {
+    "faults": "all faults in one VTU",
+    "resqml": "faults and horizons as RESQML 2.0.1",
+    "resqml_arrays": "the arrays of the RESQML package",
+}
 
 _SCORES = {
     "cutoff": "the cutoffs",

@@ -13,11 +13,12 @@ if TYPE_CHECKING:
     from graben.model import Model
     from graben.modeling.results import HorizonResult, Subdomain, Termination
     from graben.pipeline import RunResult
+    from graben.reports.model_files import ModelFiles
 
 Files = Mapping[str, Mapping[str, str]]
 
 
-def run_report(result: RunResult, files: Files) -> dict[str, Any]:
+def run_report(result: RunResult, files: Files, whole: ModelFiles | None = None) -> dict[str, Any]:
     """Return report.json of a run as plain dictionaries, lists, numbers and strings.
 
     Parameters
@@ -26,6 +27,8 @@ def run_report(result: RunResult, files: Files) -> dict[str, Any]:
         A finished run.
     files : mapping of str to mapping of str to str
         For each horizon the files written for it: what the file is -> path relative to the folder.
+    whole : ModelFiles, optional
+        The files written for the whole model, and why others were not.
 
     Returns
     -------
@@ -43,6 +46,8 @@ def run_report(result: RunResult, files: Files) -> dict[str, Any]:
         "left": [left_entry(left, factor) for left in result.left],
         "horizons": [_horizon(result.model, h, files.get(h.name, {})) for h in result.horizons],
         "not_modeled": dict(result.not_modeled),
+        "files": dict(whole.files) if whole else {},
+        "not_written": dict(whole.not_written) if whole else {},
         "parameters": {
             **result.model.parameters.model_dump(mode="json"),
             "tolerance": result.model.tolerance,

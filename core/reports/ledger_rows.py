@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from graben.reports.check_parts import MOST_ROWS, sized, told
+from graben.finding import Status
+from graben.reports.check_parts import MOST_ROWS, counts, known_checks, sized, told
+from graben.reports.check_words import statuses
 from graben.reports.repair_words import TABLE_4, move_words, named, needed_words
 from graben.reports.style import Frame
 from graben.reports.summary import plural
@@ -81,3 +83,21 @@ def _left(number: int, left: Left, finding: Finding | None, frame: Frame, step: 
         "advice": told(left.advice),
         "modeling": TABLE_4.get(left.check, ""),
     }
+
+
+def checks_both(before: CheckResult, after: CheckResult) -> list[dict[str, str]]:
+    """Return a row for each check: its status and findings before and after a repair."""
+    known, sides = known_checks(), (statuses(before), statuses(after))
+    rows = []
+    for check in dict.fromkeys([*sides[0], *sides[1]]):
+        rows.append(
+            {
+                "id": check,
+                "before": str(sides[0].get(check, Status.SKIPPED)),
+                "after": str(sides[1].get(check, Status.SKIPPED)),
+                "before_count": counts(before.of(check)),
+                "after_count": counts(after.of(check)),
+                "sentence": known[check].sentence if check in known else "",
+            }
+        )
+    return rows

@@ -28,6 +28,40 @@ def picture(figure: Figure, alt: str, caption: str, budget: int, drawing: bool =
     return Picture(data_address(figure, min(budget, _LARGEST_FIGURE), drawing), alt, caption)
 
 
+class Room:
+    """What pictures may still take of a page: what one spares, the next may take.
+
+    Parameters
+    ----------
+    most : int
+        Bytes of all pictures.
+    count : int
+        How many are to come.
+    """
+
+    #: A picture may take so many times its even share of what is left.
+    GENEROUS = 1.5
+
+    def __init__(self, most: int, count: int) -> None:
+        self.left, self.count, self.refused = max(most, 0), count, 0
+
+    def picture(
+        self, figure: Figure, alt: str, caption: str, drawing: bool = True, weight: int = 1
+    ) -> Picture | None:
+        """Return a figure as a picture, or None where there is no room for it.
+
+        ``weight`` is the number of shares that it may take; other parameters as of :func:`picture`.
+        """
+        share = int(self.GENEROUS * weight * self.left / max(self.count, weight))
+        self.count -= weight
+        made = picture(figure, alt, caption, share, drawing)
+        if len(made.source) > self.left:
+            self.refused += 1
+            return None
+        self.left -= len(made.source)
+        return made
+
+
 def rendered(template: str, scene: Scene | None, **values: object) -> str:
     """Return a page made of a template and plain values, with the style and the scripts inside.
 

@@ -29,7 +29,7 @@ from graben.reports.style import (
     plain_numbers,
     styled,
 )
-from graben.surface import boundary_edges
+from graben.reports.thinning import among, drawn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -122,18 +122,20 @@ def _elevation(figure: Figure, axes: Axes, result: HorizonResult, frame: Frame, 
     corners = points[triangles, :2]
     margin = 2 * _MARGIN * max(window[1] - window[0], window[3] - window[2])
     low, high = np.array(window).reshape(2, 2).T + np.array([[-margin], [margin]])
-    near = triangles[((corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)).all(axis=1)]
-    levels = _levels(points[np.unique(near), 2])
-    filled = _contours(axes, near, points, levels, _BELOW)
+    shown = ((corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)).all(axis=1)
+    near = triangles if shown.all() else triangles[shown]
+    levels = _levels(points[among(near, len(points)), 2])
+    filled = _contours(axes, drawn(result, near)[0], points, levels, _BELOW)
     _contour_labels(axes, filled[1], levels, frame)
     upper = _covering(result, near)
     if len(upper):
         _contours(axes, upper, points, levels, _ABOVE)
     if result.fixed[near].any() and not result.fixed[near].all():
-        mesh = Triangulation(*points[:, :2].T, near)
+        fixed = result.fixed[near]
+        mesh = Triangulation(*points[:, :2].T, near[fixed.any(axis=1) & ~fixed.all(axis=1)])
         zone = {"colors": INPUT, "linewidths": 0.7, "linestyles": ":", "zorder": _LINES}
         axes.tricontour(mesh, result.fixed.astype(float), [0.5], **zone)
-    rim = boundary_edges(triangles)
+    rim = result.surface.rim
     rim = rim[(result.side[rim] == 0).any(axis=1)]
     axes.add_collection(LineCollection(list(points[rim, :2]), colors=INPUT, linewidths=0.6, zorder=_BELOW))
     bar = figure.colorbar(

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graben.arrays import FloatArray
-from graben.finding import CheckResult, Status
+from graben.finding import Status
 from graben.pipeline import Examination
-from graben.reports.check_parts import MOST_ROWS, counts, known_checks, sized, told
+from graben.reports.check_parts import MOST_ROWS, told
 from graben.reports.check_view3d import view_space
-from graben.reports.check_words import statuses
 from graben.reports.check_words import verdict as check_verdict
-from graben.reports.ledger_rows import ledger
+from graben.reports.fault_rows import fault_row, origin
+from graben.reports.ledger_rows import checks_both, ledger
 from graben.reports.page import Picture, rendered
 from graben.reports.repair_blocks import BlocksMade, blocks_rows
 from graben.reports.repair_figures import fault_picture
@@ -102,7 +102,7 @@ class _Page:
             "parts_more": self._more(len(self.changed), len(self.anchors)),
             "before": told(check_verdict(result.before)),
             "after": told(check_verdict(result.after)),
-            "checks": _checks(result.before, result.after),
+            "checks": checks_both(result.before, result.after),
             "blocks": None if blocks is None else blocks_rows(blocks, result.model),
             "about": self._about(),
             "files": files,
@@ -149,38 +149,9 @@ class _Page:
         return f"{count} {verb} as given, to the bit: {named([c.name for c in self.same])}."
 
     def _fault(self, change: FaultChange) -> dict[str, Any]:
-        """Return the row of a fault: before and after in pairs, then lengths."""
-        square = f"{self.frame.unit}²" if self.frame.unit else ""
-        sides = []
-        for m in (change.before, change.after):
-            if m is None:
-                sides.append(("left out", *[""] * 4))
-                continue
-            sides.append(
-                (
-                    f"{m.triangles:,}",
-                    sized(m.area, square),
-                    f"{m.dip:.1f}°",
-                    self.frame.length(m.rim),
-                    f"{m.components}",
-                )
-            )
-        lengths = (change.largest_move, change.mean_move, change.extended, change.cut_back)
-        return {
-            "name": told(change.name),
-            "anchor": self.anchors.get(change.name, ""),
-            "origin": told(self._origin(change)),
-            "cells": list(zip(*sides, strict=True)),
-            "lengths": [self.frame.length(value) if value > 0 else "–" for value in lengths],
-        }
-
-    def _origin(self, change: FaultChange) -> str:
-        if change.after is None:
-            return "left out"
-        parts = [c for c in self.changed if c.source == change.source and c.after is not None]
-        if len(parts) > 1:
-            return f"one of {len(parts)} parts of {change.source}"
-        return "" if change.name == change.source else f"from {change.source}"
+        """Return the row of a fault with the anchor of its part."""
+        row = fault_row(change, self.changed, self.frame)
+        return {**row, "anchor": self.anchors.get(change.name, "")}
 
     def _part(self, change: FaultChange, rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         own = {n for n, _ in self._places(change)}
@@ -192,7 +163,7 @@ class _Page:
         return {
             "name": told(change.name),
             "anchor": self.anchors[change.name],
-            "origin": told(self._origin(change)),
+            "origin": told(origin(change, self.changed)),
             "changes": [row for row in rows if row["number"] in own],
             **self._spot(change.largest_at, reach),
         }
@@ -253,21 +224,3 @@ class _Page:
 def _weight(change: FaultChange) -> tuple[float, float]:
     """Return how much a fault changed, to show those first that changed most."""
     return (max(change.largest_move, change.extended, change.cut_back), float(change.after is None))
-
-
-def _checks(before: CheckResult, after: CheckResult) -> list[dict[str, str]]:
-    """Return a row for each check: its status and findings before and after."""
-    known, sides = known_checks(), (statuses(before), statuses(after))
-    rows = []
-    for check in dict.fromkeys([*sides[0], *sides[1]]):
-        rows.append(
-            {
-                "id": check,
-                "before": str(sides[0].get(check, Status.SKIPPED)),
-                "after": str(sides[1].get(check, Status.SKIPPED)),
-                "before_count": counts(before.of(check)),
-                "after_count": counts(after.of(check)),
-                "sentence": known[check].sentence if check in known else "",
-            }
-        )
-    return rows

@@ -31,18 +31,21 @@ _LIGHT = {"ambient": 0.62, "diffuse": 0.6, "specular": 0.05, "roughness": 0.9}
 
 @dataclass(frozen=True)
 class Group:
-    """Traces that are shown and hidden together: what kind they are, their name and their indices."""
+    """Traces that are shown and hidden together: what kind they are, their name, their indices, and a colour."""
 
     kind: str
     label: str
     traces: tuple[int, ...]
+    colour: str = ""
 
 
 @dataclass(frozen=True)
 class Scene:
     """What the page needs to draw: traces and layout for plotly.js, colourings, and a note.
 
-    ``colourings`` maps a name to {"values": one array for each horizon, "axis": coloraxis};
+    ``colourings`` maps a name to {"values": an array or None for each of ``meshes``, "axis": coloraxis}; a
+    surface without values keeps its own colour. ``veiled`` are the traces that the reader may make see-through,
+    ``veil`` is how opaque they are to begin with, percent;
     ``exaggerations`` are the choices, ``exaggeration`` the one set; ``spot`` is the trace that marks a place
     asked for, if there is one.
     """
@@ -53,6 +56,8 @@ class Scene:
     exaggeration: int
     colourings: dict[str, dict[str, Any]] = field(default_factory=dict)
     meshes: list[int] = field(default_factory=list)
+    veiled: list[int] = field(default_factory=list)
+    veil: int = 100
     exaggerations: tuple[int, ...] = _EXAGGERATIONS
     spot: int | None = None
     note: str = ""
@@ -64,6 +69,7 @@ class Scene:
             "layout": self.layout,
             "colourings": self.colourings,
             "meshes": self.meshes,
+            "veiled": self.veiled,
             "exaggeration": self.exaggeration,
             "spot": self.spot,
         }

@@ -1,77 +1,224 @@
-"""The 3D view of a run: horizons, faults and cutoffs."""
+"""The 3D view of a run: horizons, faults, cutoffs, and the places that the page speaks of."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.colors import to_hex
 
-from graben.arrays import FloatArray, IntArray
+from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.modeling.results import HorizonResult
+from graben.reports.check_words import seen
+from graben.reports.colouring import OPACITY, Painted, colourings, node_throws, throw_on
 from graben.reports.scene import (
     FAULT_COLOURS,
     MOST_TRIANGLES,
     Group,
     Scene,
     Space,
-    encoded,
     thinned_surface,
 )
-from graben.reports.style import FOOT, HANGING, Frame, elevation_colours
+from graben.reports.style import FOOT, HANGING, Frame
+from graben.reports.summary import plural
+from graben.reports.thinning import drawn
+from graben.surface import Surface
 
 if TYPE_CHECKING:
-    from matplotlib.colors import Colormap
-
     from graben.pipeline import RunResult
 
-_SUBDOMAIN_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#666666")
+#: The view is full with so many times the triangles it is thinned to.
+_OVERFULL = 2.0
+#: Places that are drawn of each kind.
+_MOST_PLACES = 500
+#: Letters in a line of a hover text, and lines of it.
+_LINE, _LINES = 60, 6
+_SPOT = "#D500F9"
 
 
-def scene(result: RunResult) -> Scene | None:
-    """Return the 3D view of a run, or None where there is nothing to see."""
-    surfaces = [h.surface for h in result.horizons] + [f.surface for f in result.repaired.faults]
-    surfaces = [s for s in surfaces if len(s.triangles) and np.isfinite(s.vertices).all()]
-    if not surfaces:
+@dataclass(frozen=True, eq=False)
+class Spot:
+    """A place (3,) that the page speaks of: its kind (a switch of the view), number, words and colour."""
+
+    kind: str
+    number: int
+    words: str
+    place: FloatArray
+    colour: str
+
+
+def run_space(result: RunResult) -> Space | None:
+    """Return the local coordinates of the view of a run, or None where there is nothing to see."""
+    surfaces = _surfaces(result)
+    return Space.around([s.vertices for s in surfaces], Frame.of(result.model)) if surfaces else None
+
+
+def _surfaces(result: RunResult) -> list[Surface]:
+    every = [h.surface for h in result.horizons] + [f.surface for f in result.repaired.faults]
+    return [s for s in every if len(s.triangles) and np.isfinite(s.vertices).all()]
+
+
+def scene(
+    result: RunResult, moves: Mapping[str, FloatArray] | None = None, spots: Sequence[Spot] = ()
+) -> Scene | None:
+    """Return the 3D view of a run, or None where there is nothing to see.
+
+    Parameters
+    ----------
+    result : RunResult
+        A finished run.
+    moves : mapping of str to (n,) array, optional
+        By the name of a fault: how far repair moved each of its vertices, model units.
+    spots : sequence of Spot, optional
+        Places to mark.
+    """
+    space = run_space(result)
+    if space is None:
         return None
-    frame = Frame.of(result.model)
-    space = Space.around([s.vertices for s in surfaces], frame)
+    surfaces = _surfaces(result)
     whole = sum(len(s.triangles) for s in surfaces)
-    share = min(MOST_TRIANGLES / whole, 1.0)
-    data: list[dict[str, Any]] = []
-    groups: list[Group] = []
-    meshes: list[int] = []
-    thinned: list[tuple[HorizonResult, IntArray]] = []
-    shown = 0
+    view = _View(space, min(MOST_TRIANGLES / whole, 1.0))
     for horizon in result.horizons:
-        kept, triangles = thinned_surface(horizon.surface, share)
-        thinned.append((horizon, kept))
-        shown += len(triangles)
-        meshes.append(len(data))
-        data.append(
-            space.mesh(horizon.name, horizon.surface.vertices[kept], triangles, coloraxis="coloraxis")
+        if any(s is horizon.surface for s in surfaces):
+            view.horizon(horizon)
+    for number, fault in enumerate(f.surface for f in result.repaired.faults):
+        if any(s is fault for s in surfaces):
+            colour = FAULT_COLOURS[number % len(FAULT_COLOURS)]
+            view.fault(fault, colour, throw_on(result.horizons, fault), (moves or {}).get(fault.name))
+    for kind in dict.fromkeys(s.kind for s in spots):
+        view.places(kind, [s for s in spots if s.kind == kind][:_MOST_PLACES])
+    return view.scene(whole)
+
+
+@dataclass
+class _View:
+    """What is drawn so far; ``share`` of the triangles of each surface is kept."""
+
+    space: Space
+    share: float
+    data: list[dict[str, Any]] = field(default_factory=list)
+    groups: list[Group] = field(default_factory=list)
+    meshes: list[int] = field(default_factory=list)
+    painted: list[Painted] = field(default_factory=list)
+    veiled: list[int] = field(default_factory=list)
+    shown: int = 0
+    missing: int = 0
+
+    def _add(self, triangles: IntArray) -> bool:
+        """Count a surface of so many triangles, and return whether there is room for it."""
+        if self.shown + len(triangles) > _OVERFULL * MOST_TRIANGLES:
+            self.missing += 1
+            return False
+        self.shown += len(triangles)
+        self.meshes.append(len(self.data))
+        return True
+
+    def horizon(self, result: HorizonResult) -> None:
+        """Add a horizon with its cutoffs."""
+        kept, triangles = _thinned(result, self.share)
+        if not self._add(triangles):
+            return
+        points = result.surface.vertices
+        move = np.linalg.norm(points - result.first, axis=1)
+        throw = node_throws(result) if result.cutoffs else np.zeros(len(points))
+        self.painted.append(
+            Painted(throw[kept], move[kept], points[kept, 2], result.subdomain[kept].astype(np.float64))
         )
-        data += _lips(horizon, space)
-        groups.append(Group("Horizons", horizon.name, tuple(range(meshes[-1], len(data)))))
-    for number, fault in enumerate(f for f in result.repaired.faults if f.surface in surfaces):
-        kept, triangles = thinned_surface(fault.surface, share)
-        shown += len(triangles)
-        groups.append(Group("Faults", fault.name, (len(data),)))
-        style = {"color": FAULT_COLOURS[number % len(FAULT_COLOURS)], "opacity": 0.5, "flatshading": True}
-        data.append(space.mesh(fault.name, fault.surface.vertices[kept], triangles, **style))
-    colourings = _colourings(thinned, frame)
-    for mesh, values in zip(meshes, colourings["height"]["values"], strict=True):
-        data[mesh]["intensity"] = values
-    note = ""
-    if shown < whole:
-        note = (
-            f"Thinned for this view to {shown:,} of {whole:,} triangles; "
-            "rims and cutoffs are whole, and the files hold every triangle."
+        self.veiled.append(len(self.data))
+        name = seen(result.name)
+        self.data.append(self.space.mesh(name, points[kept], triangles, coloraxis="coloraxis"))
+        self.data += _lips(result, self.space)
+        self.groups.append(Group("Horizons", name, tuple(range(self.meshes[-1], len(self.data)))))
+
+    def fault(self, fault: Surface, colour: str, throw: FloatArray | None, move: FloatArray | None) -> None:
+        """Add a fault."""
+        kept, triangles = thinned_surface(fault, self.share)
+        if not self._add(triangles):
+            return
+        moved = move if move is not None and len(move) == len(fault.vertices) else None
+        self.painted.append(
+            Painted(
+                None if throw is None else throw[kept], np.zeros(len(kept)) if moved is None else moved[kept]
+            )
         )
-    layout = {**space.layout(), "coloraxis": colourings["height"]["axis"]}
-    return Scene(data, layout, groups, space.exaggeration, colourings, meshes, note=note)
+        style = {"color": colour, "opacity": OPACITY, "flatshading": True, "coloraxis": "coloraxis"}
+        name = seen(fault.name)
+        self.groups.append(Group("Faults", name, (len(self.data),), colour))
+        self.data.append(self.space.mesh(name, fault.vertices[kept], triangles, **style))
+
+    def places(self, kind: str, spots: Sequence[Spot]) -> None:
+        """Add the places of one kind as numbered diamonds."""
+        marker = {
+            "size": 6,
+            "symbol": "diamond",
+            "color": [s.colour for s in spots],
+            "line": {"color": "#FFFFFF", "width": 1},
+        }
+        where = f"%{{hovertext}}<br>%{{x}}, %{{y}}, {self.space.frame.z_name} %{{z}}<extra></extra>"
+        self.groups.append(Group(kind, kind.lower(), (len(self.data),)))
+        self.data.append(
+            self.space.points(
+                kind,
+                np.stack([s.place for s in spots]),
+                marker=marker,
+                hovertext=[_hover(s) for s in spots],
+                hovertemplate=where,
+            )
+        )
+
+    def scene(self, whole: int) -> Scene:
+        """Return the view; ``whole`` is how many triangles there are."""
+        note = ""
+        if self.shown < whole:
+            left = f" {plural(self.missing, 'surface')} left out." if self.missing else ""
+            note = (
+                f"Thinned for this view to {self.shown:,} of {whole:,} triangles; "
+                f"rims and cutoffs are whole, and the files hold every triangle.{left}"
+            )
+        colours = colourings(self.painted, self.space.frame)
+        layout = self.space.layout()
+        if colours:
+            first = next(iter(colours.values()))
+            layout["coloraxis"] = first["axis"]
+            for mesh, values, opacity in zip(self.meshes, first["values"], first["opacity"], strict=True):
+                self.data[mesh] |= {} if values is None else {"intensity": values}
+                self.data[mesh] |= {} if opacity is None else {"opacity": opacity}
+        spot = {"size": 16, "symbol": "circle-open", "color": _SPOT, "line": {"width": 3}}
+        self.data.append(
+            self.space.points("the place", floats([], 0, 3), marker=spot, visible=False, hoverinfo="skip")
+        )
+        return Scene(
+            self.data,
+            layout,
+            self.groups,
+            self.space.exaggeration,
+            colours,
+            self.meshes,
+            self.veiled,
+            spot=len(self.data) - 1,
+            note=note,
+        )
+
+
+def _hover(spot: Spot) -> str:
+    """Return what stands at a place: text for plotly.js, which reads a little HTML."""
+    words = seen(f"{spot.number}. {spot.words}")
+    return "<br>".join(escape(line) for line in wrap(words, _LINE, max_lines=_LINES, placeholder=" …"))
+
+
+def _thinned(result: HorizonResult, share: float) -> tuple[IntArray, IntArray]:
+    """Return a horizon with about ``share`` of its triangles, see :func:`thinned_surface`."""
+    surface = result.surface
+    triangles, _ = drawn(result, surface.triangles)
+    if len(triangles) == len(surface.triangles):
+        return thinned_surface(surface, share)
+    used, local = np.unique(triangles, return_inverse=True)
+    part = Surface(surface.name, surface.vertices[used], ints(local, -1, 3))
+    kept, thin = thinned_surface(part, share * len(surface.triangles) / len(triangles))
+    return used[kept], thin
 
 
 def _lips(result: HorizonResult, space: Space) -> list[dict[str, Any]]:
@@ -80,63 +227,9 @@ def _lips(result: HorizonResult, space: Space) -> list[dict[str, Any]]:
         return []
     return [
         space.lines(
-            f"{result.name}, {side} cutoff",
+            seen(f"{result.name}, {side} cutoff"),
             [getattr(c, side) for c in result.cutoffs],
             line={"color": colour, "width": 6},
         )
         for side, colour in (("hanging", HANGING), ("foot", FOOT))
     ]
-
-
-def _colourings(thinned: Sequence[tuple[HorizonResult, IntArray]], frame: Frame) -> dict[str, dict[str, Any]]:
-    """Return the colourings of the horizons: height, throw and subdomain."""
-    height = [frame.z_factor * h.surface.vertices[kept, 2] for h, kept in thinned]
-    throw = [node_throws(h)[kept] for h, kept in thinned]
-    subdomain = [h.subdomain[kept] % len(_SUBDOMAIN_COLOURS) for h, kept in thinned]
-    most = max((float(np.abs(t).max()) for t in throw if len(t)), default=0.0) or 1.0
-    count = len(_SUBDOMAIN_COLOURS)
-    bands = [[(k + end) / count, colour] for k, colour in enumerate(_SUBDOMAIN_COLOURS) for end in (0, 1)]
-    return {
-        "height": {
-            "label": frame.z_name,
-            "values": [encoded(h, "f4") for h in height],
-            "axis": _colour_axis(
-                _shades(elevation_colours()), frame.label(frame.z_name), reversescale=frame.z_factor < 0
-            ),
-        },
-        "throw": {
-            "label": "throw near the cutoffs",
-            "values": [encoded(t, "f4") for t in throw],
-            "axis": _colour_axis(_shades(colormaps["PuOr_r"]), frame.label("throw"), cmin=-most, cmax=most),
-        },
-        "subdomain": {
-            "label": "subdomain",
-            "values": [encoded(s, "f4") for s in subdomain],
-            "axis": _colour_axis(bands, "", cmin=-0.5, cmax=count - 0.5, showscale=False),
-        },
-    }
-
-
-def _shades(colours: Colormap) -> list[list[float | str]]:
-    """Return a colour map as plotly.js takes it."""
-    stops = np.linspace(0.0, 1.0, 11)
-    return [[float(s), to_hex(colour)] for s, colour in zip(stops, colours(stops), strict=True)]
-
-
-def _colour_axis(scale: object, title: str, **keys: object) -> dict[str, Any]:
-    bar = {"title": {"text": title, "side": "right"}, "thickness": 14, "len": 0.7}
-    return {"colorscale": scale, "colorbar": bar, **keys}
-
-
-def node_throws(result: HorizonResult) -> FloatArray:
-    """Return the throw of the nearest cut node at each node of the rebuilt zone, 0 elsewhere, shape (n,)."""
-    from scipy.spatial import KDTree
-
-    points = result.surface.vertices
-    throws = np.zeros(len(points))
-    zone = ~result.fixed
-    if result.cutoffs and zone.any():
-        lips = np.concatenate([line for c in result.cutoffs for line in (c.hanging, c.foot)])
-        values = np.concatenate([c.throw for c in result.cutoffs for _ in range(2)])
-        throws[zone] = values[KDTree(lips[:, :2]).query(points[zone, :2])[1]]
-    return throws

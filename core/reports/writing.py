@@ -3,27 +3,41 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graben.arrays import floats
+from graben.arrays import FloatArray, floats
+from graben.finding_table import findings_table
 from graben.formats.geojson import write_geojson
 from graben.formats.irap import write_irap_ascii
 from graben.formats.names import file_names
+from graben.formats.pol import write_pol
 from graben.formats.tables import write_cutoffs
 from graben.formats.tsurf_writer import write_tsurf
 from graben.formats.vtp import write_vtp
 from graben.formats.writing import write_model
-from graben.modeling.products import fault_polygons, regular_grid
+from graben.modeling.products import parts, polygons_of, regular_grid
 from graben.modeling.scoring import true_throws
+from graben.modeling.throws import along
 from graben.reports.html import Truth, report_html
 from graben.reports.json_report import as_text, run_report
+from graben.reports.model_files import write_model_files
+from graben.tables import (
+    along_columns,
+    doubts_table,
+    iterations_table,
+    masked_table,
+    misfit_table,
+    throws_table,
+)
 
 if TYPE_CHECKING:
+    import pandas
+
     from graben.model import Model
     from graben.modeling.results import HorizonResult
     from graben.pipeline import RunResult
@@ -48,17 +62,22 @@ def write_run(result: RunResult, folder: Path) -> RunResult:
     folder.mkdir(parents=True, exist_ok=True)
     write_model(result.repaired, folder / "model")
     stems = file_names([h.name for h in result.horizons])
+    grids = {h.name: regular_grid(h) for h in result.horizons if h.horizon.grid is not None}
     files = {
-        h.name: write_horizon(h, result.model, folder, stem)
+        h.name: write_horizon(h, result.repaired, folder, stem, grids.get(h.name))
         for h, stem in zip(result.horizons, stems, strict=True)
     }
+    whole = write_model_files(result, folder, grids)
+    write_tables(result, folder)
     seconds = time.perf_counter() - begin
     total = result.timings.get("total", 0.0) + seconds
     timed = replace(result, timings={**result.timings, "write": seconds, "total": total})
     (folder / "report.html").write_text(
-        report_html(timed, files, _truth(result)), encoding="utf-8", newline="\n"
+        report_html(timed, files, _truth(result), whole), encoding="utf-8", newline="\n"
     )
-    (folder / "report.json").write_text(as_text(run_report(timed, files)), encoding="utf-8", newline="\n")
+    (folder / "report.json").write_text(
+        as_text(run_report(timed, files, whole)), encoding="utf-8", newline="\n"
+    )
     return timed
 
 
@@ -71,7 +90,30 @@ def _truth(result: RunResult) -> Truth:
     return {h.name: true_throws(folder, h, result.model.faults) for h in scored}
 
 
-def write_horizon(result: HorizonResult, model: Model, folder: Path, stem: str) -> Mapping[str, str]:
+def write_tables(result: RunResult, folder: Path) -> None:
+    """Write the tables of a run into ``folder``/tables, as CSV files with z in the model's convention."""
+    (folder / "tables").mkdir(parents=True, exist_ok=True)
+    for name, table in _TABLES.items():
+        found = table(result)
+        if "z" in found:
+            found["z"] = found["z"] * result.model.z_factor
+        text = found.to_csv(index=False, lineterminator="\n")
+        (folder / "tables" / f"{name}.csv").write_text(text, encoding="utf-8", newline="\n")
+
+
+_TABLES: dict[str, Callable[[RunResult], pandas.DataFrame]] = {
+    "throws": throws_table,
+    "doubts": doubts_table,
+    "misfit": misfit_table,
+    "input": masked_table,
+    "iterations": iterations_table,
+    "findings": lambda result: findings_table(result.after),
+}
+
+
+def write_horizon(
+    result: HorizonResult, model: Model, folder: Path, stem: str, heights: FloatArray | None
+) -> Mapping[str, str]:
     """Write the files of one horizon and return what each is -> its path relative to ``folder``.
 
     Parameters
@@ -79,11 +121,13 @@ def write_horizon(result: HorizonResult, model: Model, folder: Path, stem: str) 
     result : HorizonResult
         The rebuilt horizon.
     model : Model
-        For the convention of z, the unit and the coordinate system.
+        The model it was rebuilt from: its faults, the sign of z, the unit and the coordinate system.
     folder : Path
         The run's folder; its subfolders are made where they are missing.
     stem : str
         The files' name without folder and ending.
+    heights : (columns, rows) array or None
+        Elevations on its regular grid; None for a horizon without one.
     """
     files = {
         "surface": f"horizons/{stem}.ts",
@@ -91,7 +135,11 @@ def write_horizon(result: HorizonResult, model: Model, folder: Path, stem: str) 
         "grid": f"horizons/{stem}.irap",
         "cutoffs": f"cutoffs/{stem}.csv",
         "polygons": f"polygons/{stem}.geojson",
+        "pol": f"polygons/{stem}.pol",
     }
+    divided = parts(result)
+    if len(divided) > 1:
+        files |= {f"part {label}": f"parts/{stem}-{label}.ts" for label, _ in divided}
     for path in files.values():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
     arrays = {
@@ -109,12 +157,27 @@ def write_horizon(result: HorizonResult, model: Model, folder: Path, stem: str) 
         properties=arrays,
     )
     write_vtp(folder / files["vtp"], result.surface, z=model.z, arrays=arrays)
-    if result.horizon.grid is None:
+    if result.horizon.grid is None or heights is None:
         del files["grid"]
     else:
-        values = floats(regular_grid(result) * model.z_factor)
-        write_irap_ascii(folder / files["grid"], result.horizon.grid, values)
-    write_cutoffs(folder / files["cutoffs"], result.cutoffs, z=model.z)
-    polygons = [(shape, {"fault": name, "horizon": result.name}) for name, shape in fault_polygons(result)]
-    write_geojson(folder / files["polygons"], polygons, z=model.z, crs=model.crs)
+        write_irap_ascii(folder / files["grid"], result.horizon.grid, floats(heights * model.z_factor))
+    for label, part in divided if len(divided) > 1 else ():
+        place = folder / files[f"part {label}"]
+        write_tsurf(place, [part], z=model.z, feature="top", unit=model.unit, crs=model.crs)
+    lines = along(result, [f.surface for f in model.faults])
+    more = along_columns(lines, model.tolerance)
+    write_cutoffs(folder / files["cutoffs"], result.cutoffs, z=model.z, more=more)
+    _write_polygons(result, model, folder, files)
     return files
+
+
+def _write_polygons(result: HorizonResult, model: Model, folder: Path, files: Mapping[str, str]) -> None:
+    """Write the fault polygons of a horizon, in the same order in both files."""
+    found = polygons_of(result)
+    features = [
+        (p.shape, {"fault": p.fault, "horizon": result.name, "piece": p.piece, "kind": str(p.kind)})
+        for p in found
+    ]
+    write_geojson(folder / files["polygons"], features, z=model.z, crs=model.crs)
+    rings = [floats(ring.coords) for p in found for ring in (p.shape.exterior, *p.shape.interiors)]
+    write_pol(folder / files["pol"], rings, z=model.z)

@@ -1,7 +1,7 @@
 """`make bench` prints all figures and writes build/bench/bench.json; nothing here is asserted.
 
 `python -m tests.bench surfaces network` takes some parts only: runs, surfaces, network, damaged, repairs,
-replicas.
+replicas, scheme, growth.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from importlib import import_module
 
 from tests.bench.tables import OUT, Table
 
-PARTS = ("runs", "surfaces", "network", "damaged", "repairs", "replicas")
+PARTS = ("runs", "surfaces", "network", "damaged", "repairs", "replicas", "scheme", "growth")
 
 
 def main(parts: list[str]) -> None:

@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyvista
@@ -17,11 +18,13 @@ import pyvista
 from graben.arrays import floats
 from graben.errors import InputError
 from graben.formats.irap import grid_surface, write_irap_ascii, write_irap_binary
+from graben.formats.resqml import GriddedHorizon, write_epc
 from graben.formats.tsurf_writer import write_tsurf
 from graben.formats.vtp import write_vtp
 from graben.formats.vtu import write_vtu
 from graben.formats.writing import write_model
 from graben.model import Fault, GridGeometry, Horizon, Model
+from graben.modeling.results import Cutoff
 from graben.reading import read_model
 from graben.surface import Surface
 from tests.formats import dialects, test_meshes, zmap_samples
@@ -244,6 +247,45 @@ def meshes() -> Iterator[Sample]:
         written=True,
         back=vtu_corners,
     )
+    package = Sample("RESQML", "", own_package, corners(FAR), ".epc", written=True, back=epc_corners)
+    yield replace(package, dialect="triangulated sets")
+    yield replace(package, dialect="sets of lines", places=FAR.vertices, back=epc_lines)
+
+
+def own_package(path: Path) -> None:
+    """A package with FAR as a fault and its vertices as a cutoff line, in a local frame."""
+    other = Surface("B", FAR.vertices + 9, FAR.triangles)
+    lips = Cutoff("A", range(4), FAR.vertices, FAR.vertices, range(4), range(4))
+    write_epc(path, [GriddedHorizon(other, cutoffs=[lips])], [FAR], origin=floats(FAR.vertices[0]))
+
+
+def epc_corners(path: Path) -> np.ndarray:
+    from resqpy.model import Model as Package
+    from resqpy.surface import Surface as TriangulatedSet
+
+    package = Package(str(path))
+    uuid = package.uuid(obj_type="TriangulatedSetRepresentation", title="A")
+    triangles, points = TriangulatedSet(package, uuid=uuid).triangles_and_points()
+    return np.asarray(upward(package, points)[triangles])
+
+
+def epc_lines(path: Path) -> np.ndarray:
+    from resqpy.lines import PolylineSet
+    from resqpy.model import Model as Package
+
+    package = Package(str(path))
+    uuid = package.uuids(obj_type="PolylineSetRepresentation")[0]
+    return upward(package, PolylineSet(package, uuid=uuid).polys[0].coordinates)
+
+
+def upward(package: Any, points: np.ndarray) -> np.ndarray:
+    """Places in the coordinates of the model, elevations."""
+    from resqpy.crs import Crs
+
+    found = points.copy()
+    crs = Crs(package, uuid=package.uuid(obj_type="LocalDepth3dCrs"))
+    crs.local_to_global_array(found, global_z_inc_down=False)
+    return found
 
 
 def vtu_corners(path: Path) -> np.ndarray:

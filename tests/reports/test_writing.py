@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 import pyvista
 import shapely
 import surfio
 
+from graben.formats.sticks import read_sticks
+from graben.formats.tables import COLUMNS
 from graben.formats.tsurf import read_tsurf
 from graben.modeling.products import regular_grid
 from graben.reading import read_model
-from graben.reports.writing import write_run
+from graben.reports.writing import write_horizon, write_run
+from graben.tables import ALONG
 from tests.reports import sample
 
 NAMES = [
@@ -29,9 +34,17 @@ NAMES = [
     "horizons/Top_B.vtp",
     "model/model.toml",
     "polygons/Top_A.geojson",
+    "polygons/Top_A.pol",
     "polygons/Top_B.geojson",
+    "polygons/Top_B.pol",
     "report.html",
     "report.json",
+    "tables/doubts.csv",
+    "tables/findings.csv",
+    "tables/input.csv",
+    "tables/iterations.csv",
+    "tables/misfit.csv",
+    "tables/throws.csv",
 ]
 
 
@@ -83,7 +96,9 @@ def test_cutoffs_come_in_pairs(written):
     with (folder / "cutoffs/Top_A.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     assert [r["side"] for r in rows] == ["hanging", "foot"] * (len(rows) // 2)
+    assert list(rows[0]) == [*COLUMNS, *ALONG]
     for upper, lower in zip(rows[::2], rows[1::2], strict=True):
+        assert (upper["type"], upper["node"], upper["piece"]) == (lower["type"], lower["node"], "1")
         assert (upper["s"], upper["throw"], upper["heave"]) == (lower["s"], lower["throw"], lower["heave"])
         step = float(lower["z"]) - float(upper["z"])
         assert float(upper["throw"]) == pytest.approx(result.model.z_factor * step, abs=1e-9)
@@ -95,8 +110,64 @@ def test_polygons_are_valid(written):
     shapes = [shapely.geometry.shape(f["geometry"]) for f in content["features"]]
     assert shapes
     assert all(shape.is_valid and shape.area > 0 for shape in shapes)
-    assert {f["properties"]["fault"] for f in content["features"]} == {"F1"}
+    assert all(shape.exterior.is_ccw for shape in shapes)
+    told = [f["properties"] for f in content["features"]]
+    assert told == [{"fault": "F1", "horizon": "Top A", "piece": 1, "kind": "gap"}]
     assert json.loads((folder / "polygons/Top_B.geojson").read_text())["features"] == []
+
+
+def test_polygon_text_has_the_polygons_of_the_geojson_in_their_order(written):
+    _, folder = written
+    content = json.loads((folder / "polygons/Top_A.geojson").read_text())
+    rings = read_sticks(folder / "polygons/Top_A.pol")
+    assert len(rings) == len(content["features"])
+    for ring, feature in zip(rings, content["features"], strict=True):
+        np.testing.assert_array_equal(ring, feature["geometry"]["coordinates"][0])
+    assert (folder / "polygons/Top_B.pol").read_bytes() == b""
+
+
+def test_polygons_lie_on_the_lips_in_the_models_convention(written):
+    _, folder = written
+    table = pandas.read_csv(folder / "cutoffs/Top_A.csv")
+    lips = {tuple(p) for p in table[["x", "y", "z"]].to_numpy().round(6).tolist()}
+    (ring,) = read_sticks(folder / "polygons/Top_A.pol")
+    assert {tuple(p) for p in ring.round(6).tolist()} == lips
+
+
+def test_tables_count_z_as_the_model_does(written):
+    result, folder = written
+    (row,) = pandas.read_csv(folder / "tables/throws.csv").to_dict("records")
+    assert np.sign(row["z"]) == -result.model.z_factor
+    findings = pandas.read_csv(folder / "tables/findings.csv")
+    assert findings["z"].dropna().tolist() == [-2100.0 * result.model.z_factor]
+    assert len(pandas.read_csv(folder / "tables/doubts.csv")) == 0
+
+
+def test_a_divided_horizon_has_a_surface_for_each_part(tmp_path):
+    result = sample.run_result()
+    (cut, _) = result.horizons
+    # As if the nodes east of the fault were a subdomain of their own.
+    west = cut.surface.triangles[cut.block[cut.surface.triangles].max(axis=(1, 2)) <= 0]
+    label = np.ones(len(cut.first))
+    label[west.ravel()] = 0
+    divided = replace(cut, subdomain=label)
+    files = write_horizon(divided, result.model, tmp_path, "Top_A", None)
+    assert [key for key in files if key.startswith("part")] == ["part 0", "part 1"]
+    told = [read_tsurf(tmp_path / files[f"part {k}"])[0].surface for k in (0, 1)]
+    assert [surface.name for surface in told] == ["Top A part 0", "Top A part 1"]
+    assert sum(len(surface.triangles) for surface in told) == len(cut.surface.triangles)
+    assert "part 0" not in write_horizon(cut, result.model, tmp_path / "whole", "Top_A", None)
+
+
+@pytest.mark.parametrize("name", [sample.EVIL, "=1+1", 'a,"b";c', "x" * 300, "\N{FIRE}"], ids=range(5))
+def test_any_name_comes_back_from_polygons_and_cutoffs(tmp_path, name):
+    result = sample.cut_result(name, name)
+    files = write_horizon(result, sample.model(name, names=(name, "B")), tmp_path, "a", None)
+    content = json.loads((tmp_path / files["polygons"]).read_text(encoding="utf-8"))
+    assert {f["properties"]["fault"] for f in content["features"]} == {name}
+    assert {f["properties"]["horizon"] for f in content["features"]} == {name}
+    with (tmp_path / files["cutoffs"]).open(encoding="utf-8", newline="") as stream:
+        assert {row["fault"] for row in csv.DictReader(stream)} == {name}
 
 
 def test_model_is_a_valid_input_again(written):

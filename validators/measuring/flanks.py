@@ -14,8 +14,10 @@ import numpy as np
 
 from graben.arrays import FloatArray, IntArray, floats
 from graben.cutgraph import CutGraph
-from graben.proximity import nearest
-from graben.surface import chained
+from graben.model import Horizon
+from graben.proximity import PlanIndex, nearest
+from graben.surface import Surface, chained
+from graben.validators.measuring.measures import remembered
 
 #: Points that a plane is fitted to, at least.
 _LEAST = 6
@@ -114,15 +116,27 @@ def hat(along: FloatArray, centre: float, reach: float) -> FloatArray:
     return np.clip(1.0 - np.abs(along - centre) / max(reach, np.finfo(float).tiny), 0.0, 1.0)
 
 
+@remembered
+def nodes_of(surface: Surface) -> PlanIndex:
+    """Return the vertices of a surface, for :func:`flanks_of`."""
+    return PlanIndex(surface.vertices)
+
+
+@remembered
+def picks_of(horizon: Horizon) -> PlanIndex:
+    """Return the picks of a horizon, for :func:`flanks_of`."""
+    return PlanIndex(horizon.picks)
+
+
 def flanks_of(
-    points: FloatArray, graph: CutGraph, fault: int, gammas: Mapping[int, float], reach: float, step: float
+    points: PlanIndex, graph: CutGraph, fault: int, gammas: Mapping[int, float], reach: float, step: float
 ) -> Flanks:
     """Return the points of a horizon within ``reach`` of the trace of a fault in plan.
 
     Parameters
     ----------
-    points : (n, 3) array
-        Nodes or picks of the horizon, model units.
+    points : PlanIndex
+        Nodes or picks of the horizon, see :func:`nodes_of` and :func:`picks_of`.
     graph : CutGraph
         Of the horizon.
     fault : int
@@ -133,11 +147,11 @@ def flanks_of(
         Model units.
     """
     edges, starts, pieces, lines = _pieces(graph, fault)
-    chosen = _around(points, graph.nodes[edges], reach)
-    near = nearest(points[chosen, :2], graph.nodes, edges)
+    chosen = points.within(*_box(graph.nodes[edges], reach))
+    near = nearest(points.points[chosen, :2], graph.nodes, edges)
     close = near.distance < reach
     chosen, edge, foot = chosen[close], near.simplex[close], near.place[close]
-    at = points[chosen]
+    at = points.points[chosen]
     a, b = graph.nodes[edges[edge, 0], :2], graph.nodes[edges[edge, 1], :2]
     way = (b - a) / np.maximum(np.linalg.norm(b - a, axis=1), np.finfo(float).tiny)[:, None]
     right = np.stack([way[:, 1], -way[:, 0]], axis=1)
@@ -145,9 +159,12 @@ def flanks_of(
     side = np.where((off * right).sum(axis=1) > 0, 1.0, -1.0)
     beyond = np.abs((off * way).sum(axis=1)) * _at_an_end(foot, lines, step)
     share = np.clip(1.0 - beyond / step, 0.0, 1.0)
-    for other in np.setdiff1d(graph.faults, [fault]):
+    for other in np.setdiff1d(graph.faults, [fault]) if len(at) else ():
         theirs = graph.edges[graph.faults == other]
-        within = _around(at, graph.nodes[theirs], gammas[int(other)] + step)
+        low, high = _box(graph.nodes[theirs], gammas[int(other)] + step)
+        if (low > at[:, :2].max(axis=0)).any() or (high < at[:, :2].min(axis=0)).any():
+            continue
+        within = np.flatnonzero(((at[:, :2] >= low) & (at[:, :2] <= high)).all(axis=1))
         away = nearest(at[within, :2], graph.nodes, theirs).distance
         share[within] *= np.clip((away - gammas[int(other)]) / step, 0.0, 1.0)
     return Flanks(
@@ -180,11 +197,10 @@ def _pieces(graph: CutGraph, fault: int) -> tuple[IntArray, FloatArray, FloatArr
     return np.concatenate(edges), np.concatenate(starts), np.array(pieces), tuple(lines)
 
 
-def _around(points: FloatArray, places: FloatArray, reach: float) -> IntArray:
-    """Return which points lie within ``reach`` of the box of places (..., 3) in plan."""
+def _box(places: FloatArray, reach: float) -> tuple[FloatArray, FloatArray]:
+    """Return the least and greatest corner in plan, (2,), of what is within ``reach`` of places (..., 3)."""
     flat = places.reshape(-1, 3)[:, :2]
-    low, high = flat.min(axis=0) - reach, flat.max(axis=0) + reach
-    return np.flatnonzero(((points[:, :2] >= low) & (points[:, :2] <= high)).all(axis=1))
+    return floats(flat.min(axis=0) - reach), floats(flat.max(axis=0) + reach)
 
 
 def _at_an_end(feet: FloatArray, lines: tuple[FloatArray, ...], step: float) -> FloatArray:

@@ -13,7 +13,6 @@ from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.cutgraph import CutGraph
 from graben.model import Horizon
 from graben.proximity import nearest
-from graben.surface import boundary_edges
 
 #: Width over the step below which a hole is a crack between vertices that were meant to be one.
 _CRACK = 1e-3
@@ -88,7 +87,7 @@ def holes_of(horizon: Horizon, graph: CutGraph) -> tuple[Hole, ...]:
         Its cut graph, which knows what was filled.
     """
     surface, step = horizon.surface, horizon.step
-    ends = surface.vertices[boundary_edges(surface.triangles)]
+    ends = surface.vertices[surface.rim]
     if not len(ends):
         return ()
     faces = shapely.get_parts(shapely.polygonize([shapely.union_all(shapely.linestrings(ends[:, :, :2]))]))

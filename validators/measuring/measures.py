@@ -15,6 +15,7 @@ from scipy.sparse.csgraph import connected_components
 from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
 from graben.complexes import Complex
 from graben.finding import Part
+from graben.model import Horizon
 from graben.surface import Surface, edge_sharing, edge_table, triangle_normals
 
 #: Height over the longest side below which a triangle counts as having no area: above the rounding of
@@ -27,7 +28,7 @@ MOST_PARTS = 50
 #: Angle below which two angles are equal, degrees: above what rounding makes of coordinates of 500 km.
 ANGLE_ROUNDING = 1e-6
 
-Subject = TypeVar("Subject", Surface, Complex)
+Subject = TypeVar("Subject", Surface, Complex, Horizon)
 Settings = ParamSpec("Settings")
 Value = TypeVar("Value")
 
@@ -35,7 +36,7 @@ Value = TypeVar("Value")
 def remembered(
     function: Callable[Concatenate[Subject, Settings], Value],
 ) -> Callable[Concatenate[Subject, Settings], Value]:
-    """Return a function of a surface, or a complex, that keeps each result as long as that lives.
+    """Return a function of a surface, a complex or a horizon that keeps each result as long as that lives.
 
     They are immutable and told apart by identity, so several checks share what one has computed. What else
     the function is given must be hashable.
@@ -201,6 +202,12 @@ def _smallest_angles(sides: FloatArray, double_area: FloatArray) -> FloatArray:
 def centroids(vertices: FloatArray, triangles: IntArray) -> FloatArray:
     """Return the centroids of triangles, shape (m, 3), model units."""
     return np.asarray(vertices[triangles].mean(axis=1), dtype=np.float64).reshape(-1, 3)
+
+
+@remembered
+def centroids_of(surface: Surface) -> FloatArray:
+    """Return the centroids of a surface's triangles, shape (m, 3), model units."""
+    return floats(centroids(surface.vertices, surface.triangles))
 
 
 def with_three_corners(surface: Surface) -> IntArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from graben.arrays import FloatArray, IntArray, floats, ints
-from graben.surface import Surface, chained, edge_sharing, edge_table, strong_components, triangle_normals
+from graben.surface import Surface, chained, strong_components, triangle_normals
 from graben.validators.measuring.measures import ZERO_HEIGHT, lengths, remembered, welded_mesh_of
 
 #: Least length of the mean of the unit normals along a hole, 0.7 where they lean 45 degrees from it: they
@@ -54,9 +54,8 @@ def openings(surface: Surface) -> tuple[Opening, ...]:
         With finite coordinates.
     """
     mesh = welded_mesh_of(surface)
-    edges, sides = edge_table(mesh.triangles)
-    single = edge_sharing(sides, len(edges)) == 1
-    loops = [loop for loop in chained(edges[single]) if loop[0] == loop[-1] and len(loop) > 2]
+    edges, sides = mesh.edges, mesh.sides
+    loops = [loop for loop in chained(edges[mesh.sharing == 1]) if loop[0] == loop[-1] and len(loop) > 2]
     if len(loops) < 2:
         return ()
     beside = np.empty(len(edges), dtype=np.int64)

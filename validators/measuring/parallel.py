@@ -10,9 +10,9 @@ import numpy as np
 from graben.arrays import FloatArray
 from graben.cutgraph import CutGraph
 from graben.model import Horizon
-from graben.surface import Surface, triangle_normals
-from graben.validators.measuring.flanks import Windows, at_way, flanks_of, hat, planes, ways
-from graben.validators.measuring.measures import centroids, side_lengths
+from graben.surface import Surface
+from graben.validators.measuring.flanks import Windows, at_way, flanks_of, hat, nodes_of, planes, ways
+from graben.validators.measuring.measures import centroids_of, normals_of, sides_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ def slope_ratios(
         against the fault. Stretches without reliable nodes, or where the fault has no dip, are missing.
     """
     gamma = gammas[number]
-    flanks = flanks_of(horizon.surface.vertices, graph, number, gammas, 2.0 * gamma, horizon.step)
+    flanks = flanks_of(nodes_of(horizon.surface), graph, number, gammas, 2.0 * gamma, horizon.step)
     windows = Windows.over(flanks, max(gamma, horizon.step))
     slopes = [planes(flanks, windows, side, gamma, 2.0 * gamma).slope for side in (-1, 1)]
     found = []
@@ -83,9 +83,9 @@ def slope_ratios(
 
 def _normal(fault: Surface, place: FloatArray, gamma: float) -> FloatArray:
     """Return the mean normal of a fault within about gamma of a place, either way round, (3,)."""
-    away = np.linalg.norm(centroids(fault.vertices, fault.triangles) - place, axis=1)
-    reach = gamma + side_lengths(fault.vertices, fault.triangles).max(axis=1)
-    normals = triangle_normals(fault.vertices, fault.triangles) * hat(away / reach, 0.0, 1.0)[:, None]
+    away = np.linalg.norm(centroids_of(fault) - place, axis=1)
+    reach = gamma + sides_of(fault).max(axis=1)
+    normals = normals_of(fault) * hat(away / reach, 0.0, 1.0)[:, None]
     # turned to one side by their main axis, not each upwards: a fault may pass through the vertical
     axis = np.linalg.eigh(normals.T @ normals)[1][:, -1]
     return np.asarray((normals * np.where(normals @ axis < 0, -1.0, 1.0)[:, None]).sum(axis=0))

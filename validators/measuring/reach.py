@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graben.arrays import BoolArray, FloatArray, bools, floats
+from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats
 from graben.cutgraph import CutGraph
 from graben.model import Horizon
 from graben.proximity import nearest
-from graben.surface import Surface, boundary_edges, triangle_normals
-from graben.validators.measuring.flanks import Windows, flanks_of, planes, ways
+from graben.surface import Surface, triangle_normals
+from graben.validators.measuring.flanks import Windows, flanks_of, nodes_of, planes, ways
 
 #: The trend of each side is that of its nodes up to this many gammas from the trace.
 _FAR = 2.0
@@ -87,7 +87,7 @@ def reach_of(
         Distance at which two surfaces touch, model units.
     """
     fault, gamma = faults[number], gammas[number]
-    flanks = flanks_of(horizon.surface.vertices, graph, number, gammas, _FAR * gamma, horizon.step)
+    flanks = flanks_of(nodes_of(horizon.surface), graph, number, gammas, _FAR * gamma, horizon.step)
     windows = Windows.over(flanks, max(gamma, horizon.step))
     lips = [planes(flanks, windows, side, gamma, _FAR * gamma) for side in (-1, 1)]
     at = floats(np.concatenate([line[:-1] / 2 + line[1:] / 2 for line in flanks.lines]))
@@ -119,10 +119,17 @@ def reach_of(
     for k, other in enumerate(faults):
         if k != number:
             for rim, missing in ((above, up), (below, down)):
-                missing[nearest(rim, other.vertices, other.triangles).distance <= contact] = -np.inf
+                missing[_touching(rim, other, contact)] = -np.inf
     return Reach(
         floats(at), floats(length), floats(dip), floats(above), floats(below), floats(up), floats(down), sure
     )
+
+
+def _touching(places: FloatArray, fault: Surface, contact: float) -> IntArray:
+    """Return which places (n, 3) lie within ``contact`` of a fault."""
+    low, high = fault.vertices.min(axis=0) - contact, fault.vertices.max(axis=0) + contact
+    close = np.flatnonzero(((places >= low) & (places <= high)).all(axis=1))
+    return close[nearest(places[close], fault.vertices, fault.triangles).distance <= contact]
 
 
 def _dips(places: FloatArray, fault: Surface) -> FloatArray:
@@ -137,7 +144,7 @@ def _dips(places: FloatArray, fault: Surface) -> FloatArray:
 
 def _ends(places: FloatArray, onward: FloatArray, fault: Surface) -> FloatArray:
     """Return where a fault ends on the way from places in plan directions, (n, 3): first of its rim."""
-    edges = boundary_edges(fault.triangles)
+    edges = fault.rim
     a, b = fault.vertices[edges[:, 0]], fault.vertices[edges[:, 1]]
     found = np.full((len(places), 3), np.nan)
     for k, (place, way) in enumerate(zip(places, onward, strict=True)):

@@ -20,7 +20,7 @@ from scipy.special import ndtr
 from graben.arrays import FloatArray
 from graben.cutgraph import CutGraph
 from graben.model import Horizon
-from graben.validators.measuring.flanks import Flanks, Windows, flanks_of, hat
+from graben.validators.measuring.flanks import Flanks, Windows, flanks_of, hat, nodes_of, picks_of
 
 #: Phi(1.645) = 0.95: at this many standard widths 95 % of the step is done.
 _DONE = 1.645
@@ -85,7 +85,7 @@ def smear_width(horizon: Horizon, graph: CutGraph, fault: int, gammas: Mapping[i
         None where a step that is not smeared describes the horizon nearly as well, as it does where the
         throw is small against the noise, and where the horizon is not seen far enough on both sides.
     """
-    points = horizon.picks if len(horizon.picks) else horizon.surface.vertices
+    points = picks_of(horizon) if len(horizon.picks) else nodes_of(horizon.surface)
     for steps in _STRIPS:
         reach = steps * horizon.step
         flanks = flanks_of(points, graph, fault, gammas, reach, horizon.step)
@@ -136,6 +136,31 @@ class _Window:
         found = np.linalg.lstsq(left, right, rcond=None)[0]
         return float(found[0]), float(((right - left @ found) ** 2).sum())
 
+    def residuals(self, widths: FloatArray) -> FloatArray:
+        """Return the sums of squared residuals for several widths, (k,); none of them 0.
+
+        As of :meth:`fit`, but what does not depend on the width is fitted once.
+        """
+        d, s, one = self.d / self.reach, self.s, np.ones_like(self.d)
+        smooth = _spanned(np.column_stack([one, d, d * d, s, s * d]) * self.root[:, None])
+        step = (2.0 * ndtr(self.d / widths[:, None]) - 1.0) * self.root
+        stepped = np.stack([step, step * np.abs(d), step * s], axis=2)
+        size = np.linalg.norm(stepped, axis=(1, 2))
+        stepped = stepped - smooth @ (smooth.T @ stepped)
+        heights = self.z * self.root
+        heights = heights - smooth @ (smooth.T @ heights)
+        u, sizes, _ = np.linalg.svd(stepped, full_matrices=False)
+        # directions that the smooth part has already, to rounding, explain nothing more
+        share = (heights @ u) * (sizes > len(d) * np.finfo(float).eps * size[:, None])
+        left = heights - (u @ share[:, :, None])[:, :, 0]
+        return np.asarray((left**2).sum(axis=1))
+
+
+def _spanned(columns: FloatArray) -> FloatArray:
+    """Return an orthonormal basis of what some columns (n, c) span, (n, <= c)."""
+    u, size, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(u[:, size > max(columns.shape) * np.finfo(float).eps * size[0]])
+
 
 def _left(windows: list[_Window], width: float) -> float:
     """Return the sum of squared residuals over all windows."""
@@ -145,7 +170,7 @@ def _left(windows: list[_Window], width: float) -> float:
 def _fitted(windows: list[_Window], step: float, reach: float) -> float:
     """Return the standard width that leaves the least residuals."""
     tried = np.geomspace(_FINEST * step, _INSIDE * reach, _TRIED)
-    left = np.array([_left(windows, float(width)) for width in tried])
+    left = np.sum([w.residuals(tried) for w in windows], axis=0)
     best = int(np.argmin(left))
     bend = 0.0 if best in (0, _TRIED - 1) else left[best - 1] - 2.0 * left[best] + left[best + 1]
     if bend <= 0.0:

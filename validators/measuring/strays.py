@@ -12,7 +12,7 @@ from graben.cutgraph import CutGraph
 from graben.model import Horizon
 from graben.proximity import nearest
 from graben.surface import Surface, triangle_normals
-from graben.validators.measuring.flanks import Flanks, Windows, flanks_of, planes
+from graben.validators.measuring.flanks import Flanks, Windows, flanks_of, picks_of, planes
 
 #: The trend of each lip is that of its picks between these distances from the trace, in gammas.
 _NEAR, _FAR = 0.25, 1.25
@@ -55,7 +55,7 @@ def strays(
     if not len(horizon.picks):
         return nothing
     gamma = gammas[number]
-    flanks = flanks_of(horizon.picks, graph, number, gammas, _FAR * gamma, horizon.step)
+    flanks = flanks_of(picks_of(horizon), graph, number, gammas, _FAR * gamma, horizon.step)
     windows = Windows.over(flanks, max(gamma, horizon.step))
     plan, z = flanks.points[:, :2], flanks.points[:, 2]
     lips = [planes(flanks, windows, side, _NEAR * gamma, _FAR * gamma) for side in (-1, 1)]

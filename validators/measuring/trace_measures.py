@@ -16,7 +16,7 @@ from graben.cutgraph import CutGraph, NodeKind
 from graben.finding import Part
 from graben.model import Horizon
 from graben.proximity import nearest
-from graben.surface import Surface, boundary_edges, chained, triangle_normals
+from graben.surface import Surface, chained, triangle_normals
 from graben.validators.measuring.measures import components
 
 #: An end lies on the boundary of a horizon within this many steps of it, as the cut graph has it.
@@ -90,7 +90,7 @@ def outline(horizon: Surface) -> list[Any]:
     horizon : Surface
         A function of x and y.
     """
-    edges = horizon.vertices[boundary_edges(horizon.triangles)][:, :, :2]
+    edges = horizon.vertices[horizon.rim][:, :, :2]
     area = shapely.build_area(shapely.multilinestrings(shapely.linestrings(edges)))
     return [part for part in shapely.get_parts(area) if not part.is_empty]
 
@@ -203,7 +203,7 @@ def _on_rim(points: FloatArray, ahead: FloatArray, fault: Surface, horizon: Surf
     """
     centred = horizon.vertices - horizon.vertices.mean(axis=0)
     slope = np.linalg.lstsq(centred[:, :2], centred[:, 2], rcond=None)[0]
-    a, b = (fault.vertices[boundary_edges(fault.triangles)[:, k]] for k in (0, 1))
+    a, b = (fault.vertices[fault.rim[:, k]] for k in (0, 1))
     height_a, height_b = (end[:, 2] - end[:, :2] @ slope for end in (a, b))
     level = (points[:, 2] - points[:, :2] @ slope)[:, None]
     through = (height_a <= level) != (height_b <= level)

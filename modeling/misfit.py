@@ -1,0 +1,241 @@
+"""How a rebuilt horizon lies to its input by distance from the faults, and what of the input was not used."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import shapely
+
+from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
+from graben.cutgraph import CutGraph
+from graben.model import Model
+from graben.modeling.distance import distances
+from graben.modeling.picks import node_data
+from graben.modeling.results import HorizonResult
+from graben.proximity import PlanIndex, nearest
+from graben.surface import Surface, triangle_normals
+
+#: Limits of the bins of distance, in gammas: finer where smearing is, and one beyond the zone to compare.
+BINS = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0)
+#: Barycentric coordinates down to minus this count as inside: points on an edge belong to its triangles.
+_ON_EDGE = 1e-7
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Input less rebuilt horizon between two distances from the trace of a fault, model units.
+
+    Parameters
+    ----------
+    horizon, fault : str
+        Names; a point belongs to the fault it is nearest to, in gammas.
+    near, far : float
+        Plan distances from the trace.
+    count, gap : int
+        Points that lie on the rebuilt horizon, and those that lie in the gap of the fault, which have none.
+    mean, rms, largest : float
+        Mean, root mean square and largest magnitude of the difference in elevation; NaN without a point.
+    """
+
+    horizon: str
+    fault: str
+    near: float
+    far: float
+    count: int
+    gap: int
+    mean: float
+    rms: float
+    largest: float
+
+
+@dataclass(frozen=True)
+class Masked:
+    """Input within gamma of the trace of a fault, and how much of it was left out as smeared.
+
+    ``what`` is "picks" or "nodes"; nodes of the zone are never used, picks where they jump at the fault as
+    those further out ask for.
+    """
+
+    horizon: str
+    fault: str
+    what: str
+    within: int
+    left_out: int
+
+
+def misfits(result: HorizonResult, model: Model) -> tuple[Bin, ...]:
+    """Return the misfit of a rebuilt horizon to its input in bins of distance, fault by fault.
+
+    Each input point is compared with the rebuilt horizon of its own side of the faults, that of the point.
+
+    Parameters
+    ----------
+    result : HorizonResult
+        A rebuilt horizon, in the frame of the model.
+    model : Model
+        The model that it was rebuilt from.
+    """
+    if not result.cutoffs:
+        return ()
+    local = _Local.of(result, model)
+    gammas = local.gammas
+    owner, share = local.nearest_fault()
+    near = np.flatnonzero(share < BINS[-1])
+    off = np.full(len(share), np.nan)
+    off[near] = local.points[near, 2] - local.rebuilt_at(near)
+    found = []
+    for k, name in enumerate(result.graph_faults):
+        width = float(gammas[k])
+        for low, high in pairwise(BINS):
+            mine = off[(owner == k) & (share >= low) & (share < high)]
+            known = mine[np.isfinite(mine)]
+            figures = (known.mean(), np.sqrt((known**2).mean()), np.abs(known).max()) if len(known) else ()
+            mean, rms, largest = (float(v) for v in figures or (np.nan,) * 3)
+            sizes = (len(known), len(mine) - len(known))
+            limits = (low * width, high * width)
+            found.append(Bin(result.name, name, *limits, *sizes, mean, rms, largest))
+    return tuple(found)
+
+
+def masked(result: HorizonResult, model: Model) -> tuple[Masked, ...]:
+    """Return how much of the input lies within gamma of each fault, and how much of that was not used.
+
+    Parameters as of :func:`misfits`.
+    """
+    if not result.cutoffs:
+        return ()
+    local = _Local.of(result, model)
+    what = "picks" if len(result.horizon.picks) else "nodes"
+    found = []
+    for k, name in enumerate(result.graph_faults):
+        within = len(local.within(k))
+        found.append(Masked(result.name, name, what, within, 0 if local.trusted[k] else within))
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class _Local:
+    """A rebuilt horizon and its input points, (p, 3), about the origin.
+
+    ``near`` has for each fault the points that may lie within its bins, ascending, and how far they lie from
+    its trace; ``gammas`` (f,) and ``trusted`` (f,) of each fault: whether picks inside its zone were used.
+    """
+
+    result: HorizonResult
+    surfaces: tuple[Surface, ...]
+    points: FloatArray
+    near: tuple[tuple[IntArray, FloatArray], ...]
+    gammas: FloatArray
+    trusted: BoolArray
+
+    @staticmethod
+    def of(result: HorizonResult, model: Model) -> _Local:
+        origin = floats(-np.round(result.surface.vertices.mean(axis=0)))
+        result, model = result.moved(origin), model.moved(origin)
+        faults = [next(f for f in model.faults if f.name == name) for name in result.graph_faults]
+        surfaces = tuple(f.surface for f in faults)
+        gammas = floats([model.gamma(f, result.horizon) for f in faults])
+        picks = result.horizon.picks
+        points = picks if len(picks) else result.horizon.surface.vertices
+        near = _near_traces(points, result.graph, BINS[-1] * gammas)
+        data = node_data(picks, result.graph, surfaces, gammas, result.first[:, :2], result.block)
+        trusted = (result.block[data.nodes] != 0).any(axis=0)
+        return _Local(result, surfaces, points, near, gammas, trusted)
+
+    def within(self, fault: int) -> IntArray:
+        """Return the points within gamma of a fault's trace, ascending."""
+        points, away = self.near[fault]
+        return ints(points[away <= self.gammas[fault]])
+
+    def nearest_fault(self) -> tuple[IntArray, FloatArray]:
+        """Return for each point the fault it is nearest to, in gammas, and how near; inf is far from all."""
+        owner = np.zeros(len(self.points), dtype=np.int64)
+        share = np.full(len(self.points), np.inf)
+        for k, (points, away) in enumerate(self.near):
+            own = away / self.gammas[k]
+            nearer = own < share[points]
+            owner[points[nearer]], share[points[nearer]] = k, own[nearer]
+        return owner, share
+
+    def rebuilt_at(self, chosen: IntArray) -> FloatArray:
+        """Return the elevation of the rebuilt horizon at some of the points, (k,); NaN in a gap."""
+        points = self.points[chosen]
+        surface = self.result.surface
+        point, triangle, z = _over(points[:, :2], surface)
+        own = np.ones(len(point), dtype=bool)
+        for k, fault in enumerate(self.surfaces):
+            sides = np.zeros(len(self.points), dtype=np.int64)
+            close = self.within(k)
+            sides[close] = _side(self.points[close], fault)
+            side = sides[chosen][point]
+            asked = np.flatnonzero(side)
+            # A triangle whose nodes all lie on the other side is one across the fault.
+            block = self.result.block[:, k][surface.triangles[triangle[asked]]]
+            own[asked] &= (block * side[asked, None]).max(axis=1) >= 0
+        found = np.full(len(points), np.nan)
+        found[point[own]] = z[own]
+        return found
+
+
+def _near_traces(
+    points: FloatArray, graph: CutGraph, reach: FloatArray
+) -> tuple[tuple[IntArray, FloatArray], ...]:
+    """Return for each fault the points (p, 3) in the box within ``reach`` (f,), and how far off they lie."""
+    index = PlanIndex(points)
+    found = []
+    for k, f in enumerate(np.unique(graph.faults)):
+        mine = graph.faults == f
+        ends = graph.nodes[graph.edges[mine]][:, :, :2].reshape(-1, 2)
+        near = index.within(ends.min(axis=0) - reach[k], ends.max(axis=0) + reach[k])
+        found.append((near, distances(points[near], graph, mine)[0]))
+    return tuple(found)
+
+
+def _side(points: FloatArray, fault: Surface) -> IntArray:
+    """Return 1 for points above a fault, on its hanging wall, and -1 for those below."""
+    if len(points) == 0:
+        return np.zeros(0, dtype=np.int64)
+    near = nearest(points, fault.vertices, fault.triangles)
+    normal = triangle_normals(fault.vertices, fault.triangles)[near.simplex]
+    normal = normal * np.where(normal[:, 2:] < 0, -1.0, 1.0)
+    return ints(np.where(((points - near.place) * normal).sum(axis=1) > 0, 1, -1))
+
+
+def _over(places: FloatArray, surface: Surface) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return each place, (k, 2), with each triangle that it lies in in plan, and the elevation there."""
+    near = _near(surface, places)
+    corners = surface.vertices[surface.triangles[near]]
+    boxes = [bound(corners[:, :, k], axis=1) for bound in (np.min, np.max) for k in (0, 1)]
+    tree = shapely.STRtree(shapely.points(places))
+    triangle, point = tree.query(shapely.box(*boxes))
+    a, b, c = (corners[triangle, k, :2] for k in range(3))
+    p = places[point]
+    with np.errstate(divide="ignore", invalid="ignore"):  # in a triangle without area lies nothing
+        shares = np.stack([_cross(b - p, c - p), _cross(c - p, a - p), _cross(a - p, b - p)], axis=1)
+        shares /= _cross(b - a, c - a)[:, None]
+    inside = (shares >= -_ON_EDGE).all(axis=1)
+    z = (shares * corners[triangle, :, 2]).sum(axis=1)
+    return ints(point[inside]), ints(near[triangle[inside]]), floats(z[inside])
+
+
+def _near(surface: Surface, places: FloatArray) -> IntArray:
+    """Return the triangles that may lie over one of the places, (k, 2): a few times those that do."""
+    plan = surface.vertices[:, :2]
+    edges = plan[surface.triangles] - plan[np.roll(surface.triangles, 1, axis=1)]
+    # In cells of the size of the largest, a place lies in the cell of a corner or in one beside it.
+    size, low = float(np.abs(edges).max()), plan.min(axis=0)
+    across = int(np.ptp(plan[:, 1]) / size) + 4
+
+    def cells(points: FloatArray) -> IntArray:
+        column, row = (np.floor((points - low) / size).astype(np.int64) + 1).T
+        return ints(column * across + row)
+
+    beside = np.add.outer(np.array([-1, 0, 1]) * across, [-1, 0, 1]).ravel()
+    marked = np.unique(np.add.outer(np.unique(cells(places)), beside))
+    return np.flatnonzero(np.isin(cells(plan), marked)[surface.triangles[:, 0]])
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], dtype=np.float64)
