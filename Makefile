@@ -40,6 +40,8 @@ test: check      ## everything CI runs: check, doctests, tests
 	$(BIN)/python -m pytest -q -n 2 --doctest-modules --pyargs graben tests
 
 bench: install   ## long benchmarks, into build/bench
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --no-build-isolation \
+	  --config-settings editable_mode=strict --editable ".[test,bench]"
 	$(BIN)/python -m tests.bench
 
 docs: install    ## the documentation, into build/docs

@@ -107,6 +107,12 @@ def check(model: Path, profile: str, verbose: bool, quiet: bool, debug: bool, **
 @click.option("--profile", type=click.Choice(["paper", "extended"]), default="extended", show_default=True)
 @click.option("--no-repair", is_flag=True, help="Model the input as it is.")
 @click.option("--resume", is_flag=True, help="Go on from what a run that was broken off left in DIR.partial.")
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Most processes side by side; default all cores.",
+)
 @click.option("--scheduler", metavar="ADDRESS", help="Rebuild horizons on the cluster of a dask scheduler.")
 @_common
 def run(
@@ -115,6 +121,7 @@ def run(
     profile: str,
     no_repair: bool,
     resume: bool,
+    workers: int | None,
     scheduler: str | None,
     verbose: bool,
     quiet: bool,
@@ -149,7 +156,15 @@ def run(
         read = read_model(model)
         with partial_folder(output, resume=resume) as folder:
             kept = KeptFolder(folder, inputs)
-            result = build(read, profile, mend=not no_repair, progress=say, executor=executor, kept=kept)
+            result = build(
+                read,
+                profile,
+                mend=not no_repair,
+                progress=say,
+                executor=executor,
+                kept=kept,
+                workers=workers,
+            )
             say("write", str(output))
             with written(output):
                 write_run(result, folder)

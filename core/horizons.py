@@ -26,7 +26,12 @@ _GIVEN = ("horizon", "graph")
 
 
 def modeled(
-    model: Model, look: Look, say: Progress, executor: Executor | None = None, kept: Kept | None = None
+    model: Model,
+    look: Look,
+    say: Progress,
+    executor: Executor | None = None,
+    kept: Kept | None = None,
+    workers: int | None = None,
 ) -> tuple[list[HorizonResult], dict[str, str]]:
     """Return the rebuilt horizons in the model's coordinates, and why the others are missing.
 
@@ -42,6 +47,8 @@ def modeled(
         Where to rebuild horizons side by side; by default they are rebuilt here, one after the other.
     kept : mutable mapping of str to bytes, optional
         Horizons that are there are not rebuilt again; each is added as it ends.
+    workers : int, optional
+        Most processes here that solve independent parts of a horizon; default one for each processor.
     """
     local = model.moved(-look.origin)
     not_modeled: dict[str, str] = {}
@@ -53,7 +60,7 @@ def modeled(
         else:
             not_modeled[horizon.name] = why
     results: dict[str, HorizonResult] = {}
-    for name, ended in _ended(local, ready, look.evidence.complex, say, executor, kept):
+    for name, ended in _ended(local, ready, look.evidence.complex, say, executor, kept, workers):
         if isinstance(ended, str):
             not_modeled[name] = ended
             continue
@@ -87,6 +94,7 @@ def _ended(
     say: Progress,
     executor: Executor | None,
     kept: Kept | None,
+    workers: int | None,
 ) -> Iterator[tuple[str, HorizonResult | str]]:
     """Yield each horizon that is ready as it ended, in the local frame, or why it could not be rebuilt."""
     if network is None:
@@ -105,7 +113,7 @@ def _ended(
         return
     for name, given in todo.items():
         say("model", name)
-        ended = _rebuilt(lean, given, network)
+        ended = _rebuilt(lean, given, network, workers)
         # After the only horizon of a run nothing is left to break off but the writing.
         if kept is not None and len(ready) > 1:
             kept[keys[name]] = _packed(ended)
@@ -130,15 +138,16 @@ def _elsewhere(
         yield futures[future], content
 
 
-def _rebuilt(local: Model, given: CutHorizon, network: Complex) -> HorizonResult | str:
+def _rebuilt(local: Model, given: CutHorizon, network: Complex, workers: int | None) -> HorizonResult | str:
     try:
-        return rebuilt(local, given, network)
+        return rebuilt(local, given, network, workers=workers)
     except ModelingError as error:
         return str(error)
 
 
 def _rebuilt_bytes(local: Model, given: CutHorizon, network: Complex) -> bytes:
-    return _packed(_rebuilt(local, given, network))
+    # The executor has as many workers as there are processors for.
+    return _packed(_rebuilt(local, given, network, workers=1))
 
 
 def _packed(ended: HorizonResult | str) -> bytes:

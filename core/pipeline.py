@@ -168,6 +168,7 @@ def build(
     progress: Progress | None = None,
     executor: Executor | None = None,
     kept: Kept | None = None,
+    workers: int | None = None,
 ) -> RunResult:
     """Return the result of the full pipeline: check, repair, check, model every horizon.
 
@@ -190,6 +191,9 @@ def build(
         Work that is done, from an earlier call with the same model, profile and ``mend`` that was broken off:
         it is not done again. What ends is added. Seconds of such work count in ``timings``, but not in its
         total.
+    workers : int, optional
+        Most processes that solve independent parts of a horizon side by side; default one for each processor.
+        The result does not depend on it.
     """
     begin = time.perf_counter()
     profile, say = Profile(profile), progress or quiet
@@ -197,7 +201,7 @@ def build(
     gate = _gate(model, profile, mend, say, kept)
     look = gate.look
     mending = time.perf_counter() - begin - look.seconds - look.stages.seconds
-    rebuilt, not_modeled = modeled(gate.repaired, look, say, executor, kept)
+    rebuilt, not_modeled = modeled(gate.repaired, look, say, executor, kept, workers)
     horizons = _with_doubts(rebuilt, gate.repaired)
     seconds = {key: sum(h.seconds.get(key, 0.0) for h in horizons) for key in ("solve", "move", "deform")}
     iterations = sum(s.iterations for h in horizons for s in h.subdomains)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import igl.copyleft.cgal
 import numpy as np
@@ -10,12 +11,15 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from graben.arrays import BoolArray, FloatArray, IntArray
+from graben.beside import beside
 from graben.complexes import Complex
 from graben.proximity import box_pairs, boxes, boxes_over
 from graben.surface import Surface
 
 #: Intersections that one triangle may have; above it the library would drop the triangle silently.
 _CUTOFF = 1_000_000
+#: Triangles from which on two cores share the exact arithmetic, which takes about a millisecond for each.
+_WORTH = 2000
 #: Heights over a plane below this share of what they are sums of may be rounding: a hundred times more.
 _ROUNDING = 1e-12
 #: Coordinates nearer to 0 are 0: exact arithmetic on numbers such as 1e-308 does not come to an end.
@@ -46,35 +50,71 @@ def refined(surfaces: Sequence[Surface]) -> Complex:
     )
     owner = np.repeat(np.arange(len(surfaces)), [len(s.triangles) for s in surfaces])
     parent = np.concatenate([np.arange(len(s.triangles)) for s in surfaces] or [np.zeros(0, int)])
-    near = meeting_triangles(vertices, triangles, owner)
-    if near.any():
-        asked, corners = np.unique(triangles[near], return_inverse=True)
-        new, faces, _, birth, unique = igl.copyleft.cgal.remesh_self_intersections(
-            np.ascontiguousarray(vertices[asked]),
-            np.ascontiguousarray(corners.reshape(-1, 3), dtype=np.int64),
-            False,
-            False,
-            False,
-            True,
-            _CUTOFF,
-        )
-        faces = unique[faces]
-        source = np.flatnonzero(near)[birth]
-        triangles = np.concatenate([triangles[~near] + len(new), faces])
+    pairs = meeting_triangles(vertices, triangles, owner)
+    if len(pairs):
+        first, *rest = _halves(vertices, triangles, pairs)
+        later = [beside(partial(_exact, vertices, triangles, half)) for half in rest]
+        made = [_exact(vertices, triangles, first), *(value() for value in later)]
+        near = np.zeros(len(triangles), dtype=bool)
+        near[pairs] = True
+        starts = np.cumsum([0, *(len(new) for new, _, _ in made)])
+        faces = np.concatenate([f + start for (_, f, _), start in zip(made, starts, strict=False)])
+        source = np.concatenate([source for _, _, source in made])
+        triangles = np.concatenate([triangles[~near] + starts[-1], faces])
         owner = np.concatenate([owner[~near], owner[source]])
         parent = np.concatenate([parent[~near], parent[source]])
-        vertices = np.concatenate([new, vertices])
+        vertices = np.concatenate([*(new for new, _, _ in made), vertices])
     return _welded(vertices, triangles, owner, parent)
 
 
-def meeting_triangles(vertices: FloatArray, triangles: IntArray, owner: IntArray) -> BoolArray:
-    """Return which triangles may meet one of another surface, shape (m,); all others certainly do not.
+def _exact(
+    vertices: FloatArray, triangles: IntArray, chosen: IntArray
+) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return vertices (n, 3) and triangles (m, 3) of the refinement of some, and of which each is a part."""
+    asked, corners = np.unique(triangles[chosen], return_inverse=True)
+    new, faces, _, birth, unique = igl.copyleft.cgal.remesh_self_intersections(
+        np.ascontiguousarray(vertices[asked]),
+        np.ascontiguousarray(corners.reshape(-1, 3), dtype=np.int64),
+        False,
+        False,
+        False,
+        True,
+        _CUTOFF,
+    )
+    return new, unique[faces], chosen[birth]
+
+
+def _halves(vertices: FloatArray, triangles: IntArray, pairs: IntArray) -> list[IntArray]:
+    """Return the triangles of pairs (p, 2) in two parts that do not meet, about as large; in one if few.
+
+    What may meet stays together: pairs that share a triangle, and clusters of such whose boxes meet, since
+    a surface may cross itself there.
+    """
+    near, index = np.unique(pairs, return_inverse=True)
+    if len(near) < _WORTH:
+        return [near]
+    cluster = component_labels(len(near), index.reshape(-1, 2))
+    low, high = boxes(vertices, triangles[near])
+    order = np.argsort(cluster, kind="stable")
+    starts = np.append(0, np.cumsum(np.bincount(cluster))[:-1])
+    low, high = np.minimum.reduceat(low[order], starts), np.maximum.reduceat(high[order], starts)
+    group = component_labels(len(starts), box_pairs(low, high, low, high))[cluster]
+    sizes = np.bincount(group)
+    second = np.zeros(len(sizes), dtype=bool)
+    for largest in np.argsort(-sizes, kind="stable"):
+        second[largest] = sizes[second].sum() < sizes[~second].sum() - sizes[largest]
+    parts = [near[~second[group]], near[second[group]]]
+    return [part for part in parts if len(part)]
+
+
+def meeting_triangles(vertices: FloatArray, triangles: IntArray, owner: IntArray) -> IntArray:
+    """Return the pairs of triangles of two surfaces that may meet, (p, 2); all others certainly do not.
 
     Their bounding boxes meet, and neither lies on one side of the plane of the other.
     """
-    near = np.zeros(len(triangles), dtype=bool)
+    found = [np.zeros((0, 2), dtype=np.int64)]
     if len(np.unique(owner)) < 2:
-        return near
+        return found[0]
     low, high = boxes(vertices, triangles)
     rows = np.split(np.argsort(owner, kind="stable"), np.cumsum(np.bincount(owner))[:-1])
     rows = [own for own in rows if len(own)]
@@ -95,9 +135,8 @@ def meeting_triangles(vertices: FloatArray, triangles: IntArray, owner: IntArray
         one, two = rows[a][first[pairs[:, 0]]], rows[b][second[pairs[:, 1]]]
         apart = _beside(vertices, triangles[one], triangles[two])
         apart |= _beside(vertices, triangles[two], triangles[one])
-        near[one[~apart]] = True
-        near[two[~apart]] = True
-    return near
+        found.append(np.stack([one, two], axis=1)[~apart])
+    return np.concatenate(found)
 
 
 def _beside(vertices: FloatArray, planes: IntArray, triangles: IntArray) -> BoolArray:

@@ -15,7 +15,7 @@ from packaging.requirements import Requirement
 
 TARGET = Path(__file__).resolve().parent / "licences-table.md"
 #: In the order in which a package is counted: what it is first needed for.
-GROUPS = {"": "run", "resqml": "resqml", "dask": "dask", "test": "test", "docs": "docs"}
+GROUPS = {"": "run", "resqml": "resqml", "dask": "dask", "test": "test", "bench": "bench", "docs": "docs"}
 #: Texts in which packages spell one licence in several ways.
 SPELLINGS = {
     r"GPL-?3$": "GPL-3.0",

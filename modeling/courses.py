@@ -6,9 +6,6 @@ import numpy as np
 
 from graben.arrays import FloatArray
 
-#: Tangent of the largest angle between v(t) and the normal of the trace: 60 degrees.
-_SLANT = np.sqrt(3.0)
-
 
 def courses(
     points: FloatArray, closed: bool, first_rate: FloatArray, last_rate: FloatArray, reach: float
@@ -59,29 +56,6 @@ def _normals(points: FloatArray, closed: bool, reach: float) -> tuple[FloatArray
     return _smoothed(normal, along, reach), along / max(along[-1], np.finfo(float).tiny)
 
 
-def directions(
-    points: FloatArray, closed: bool, first_guide: FloatArray, last_guide: FloatArray, reach: float
-) -> FloatArray:
-    """Return v(t) of formula (6) at the nodes of a lip, unit vectors, shape (k, 2).
-
-    Parameters
-    ----------
-    points : (k, 2) array
-        The lip in plan; its fault dips to the right of the way.
-    closed : bool
-        Whether it ends where it starts; then it has no guides.
-    first_guide, last_guide : (2,) arrays
-        Plan directions of the guides at its ends, up-dip; zero where vertical.
-    reach : float
-        As of :func:`graben.modeling.movement.guides_of`.
-    """
-    normal, t = _normals(points, closed, reach)
-    first, second = ((1 - t) ** 2)[:, None], (t**2)[:, None]
-    way = (1 - first - second) * normal
-    way = way + first * first_guide + second * last_guide if not closed else normal
-    return _across(way, normal)
-
-
 def _smoothed(normal: FloatArray, along: FloatArray, reach: float) -> FloatArray:
     """Return unit normals (k, 2) averaged over ``reach`` along a line, turned by less than 60 degrees."""
     away = (along[:, None] - along[None, :]) / reach
@@ -89,17 +63,3 @@ def _smoothed(normal: FloatArray, along: FloatArray, reach: float) -> FloatArray
     mean /= np.maximum(np.hypot(*mean.T), np.finfo(float).tiny)[:, None]
     turned = (mean * normal).sum(axis=1) <= 0.5
     return np.where(turned[:, None], normal, mean)
-
-
-def _across(way: FloatArray, normal: FloatArray) -> FloatArray:
-    """Return unit directions (k, 2) that make at most 60 degrees with the normals, on the side they point to.
-
-    A guide that runs nearly along the trace, as that of an exit on an oblique outline, would take the nodes
-    next to it along the strike of a steep fault.
-    """
-    along = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-    out = np.maximum((way * normal).sum(axis=1), 0.0)
-    aside = np.clip((way * along).sum(axis=1), -_SLANT * out, _SLANT * out)
-    turned = out[:, None] * normal + aside[:, None] * along
-    size = np.hypot(*turned.T)[:, None]
-    return np.where(size > 0, turned / np.where(size > 0, size, 1.0), normal)

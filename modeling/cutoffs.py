@@ -45,7 +45,8 @@ def cutoffs(
                 *(graph.nodes[graph.edges[edges, 1]] - graph.nodes[graph.edges[edges, 0]])[:, :2].T
             )
             end = np.cumsum(way)
-            s = np.ravel(np.stack([end - way, end], axis=1))
+            # Both rows of a junction have the same s, to the bit.
+            s = np.ravel(np.stack([np.append(0.0, end[:-1]), end], axis=1))
             # The pair at the end of an edge is that at the start of the next, but at junctions.
             new = np.append(True, (hanging[1:] != hanging[:-1]) | (foot[1:] != foot[:-1]))
             h, t, s, nodes = points[hanging[new]], points[foot[new]], s[new], nodes[new]

@@ -17,17 +17,13 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 from scipy.optimize import brentq
-from scipy.sparse import csc_array
 
-from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats, ints
+from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.errors import ModelingError
 from graben.modeling.algebra import Cholmod
 from graben.modeling.coverage import Coverage, covered, meshed
-from graben.modeling.energy import EdgePattern, assemble
-from graben.proximity import nearest
+from graben.modeling.scattered import Places, Scattered, located
 
-#: Points closer in plan than this share of the step are one.
-SAME_PLACE = 1e-6
 #: Greatest length c, in steps: the surface is then nearly a plane.
 MOST_SMOOTHING = 300.0
 #: The rms residual is brought to the noise within this share of it.
@@ -96,75 +92,6 @@ class _Frame:
         return floats(self.origin + self.step * local @ self.axes)
 
 
-@dataclass(frozen=True, eq=False)
-class _Places:
-    """Picks by place: plan positions in steps (k, 2), mean elevations and numbers of picks (k,).
-
-    ``spread`` (k,) is the sum of squares of the picks about the mean of their place, ``which`` (p,) the
-    place of each pick.
-    """
-
-    points: FloatArray
-    means: FloatArray
-    counts: FloatArray
-    spread: FloatArray
-    which: IntArray
-
-    @staticmethod
-    def of(local: FloatArray, z: FloatArray) -> _Places:
-        keys = np.round(local / SAME_PLACE).astype(np.int64)
-        which = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
-        counts = np.bincount(which).astype(np.float64)
-        points = np.stack([np.bincount(which, local[:, c]) / counts for c in range(2)], axis=1)
-        means = np.bincount(which, z) / counts
-        spread = np.bincount(which, (z - means[which]) ** 2)
-        return _Places(floats(points), floats(means), floats(counts), floats(spread), ints(which))
-
-
-@dataclass(frozen=True, eq=False)
-class _Problem:
-    """The least-squares problem of places on a mesh, in steps; its matrices share one pattern."""
-
-    corners: IntArray
-    weights: FloatArray
-    data: csc_array
-    energy: csc_array
-    load: FloatArray
-
-    @staticmethod
-    def of(
-        points: FloatArray,
-        triangles: IntArray,
-        *,
-        faces: IntArray,
-        weights: FloatArray,
-        shares: FloatArray,
-        values: FloatArray,
-    ) -> _Problem:
-        """Set up the problem of places in the triangles ``faces`` (k,), barycentric ``weights`` (k, 3)."""
-        pattern = EdgePattern.of(triangles, len(points))
-        corners, sides = triangles[faces], pattern.edge_slots[pattern.sides[faces]]
-        diagonal, pairs, load = np.zeros(len(points)), np.zeros(pattern.pair_count), np.zeros(len(points))
-        for c in range(3):
-            own = shares * weights[:, c]
-            beside = shares * weights[:, (c + 1) % 3] * weights[:, (c + 2) % 3]
-            diagonal += np.bincount(corners[:, c], own * weights[:, c], minlength=len(diagonal))
-            pairs += np.bincount(sides[:, c], beside, minlength=len(pairs))
-            load += np.bincount(corners[:, c], own * values, minlength=len(load))
-        energy = assemble(points, pattern, theta=1.0, length=1.0)
-        return _Problem(corners, weights, pattern.matrix(diagonal, pairs), energy, floats(load))
-
-    def matrix(self, smoothing: float) -> csc_array:
-        """Return the matrix for a length c, in steps."""
-        result = self.energy.copy()
-        result.data = self.data.data + smoothing**4 * self.energy.data
-        return result
-
-    def at_places(self, nodes: FloatArray) -> FloatArray:
-        """Return the surface's values at the places."""
-        return floats((nodes[self.corners] * self.weights).sum(axis=1))
-
-
 def fit_points(picks: FloatArray, step: float, noise: float = 0.0, name: str = "") -> FittedSurface:
     """Fit a surface to picks; see the head of the module for what is minimized.
 
@@ -195,7 +122,7 @@ def fit_points(picks: FloatArray, step: float, noise: float = 0.0, name: str = "
     plan, z = floats(picks[finite, :2]), floats(picks[finite, 2])
     try:
         frame = _Frame.of(plan, step)
-        places = _Places.of(frame.local(plan), z)
+        places = Places.of(frame.local(plan), z)
         coverage = covered(places.points)
         points, triangles = _mesh(coverage)
         nodes, at_places, smoothing = _fitted(points, triangles, places, coverage.shares, noise)
@@ -225,28 +152,22 @@ def _mesh(coverage: Coverage) -> tuple[FloatArray, IntArray]:
 
 
 def _fitted(
-    points: FloatArray, triangles: IntArray, places: _Places, shares: FloatArray, noise: float
+    points: FloatArray, triangles: IntArray, places: Places, shares: FloatArray, noise: float
 ) -> tuple[FloatArray, FloatArray, float]:
     """Return the values of the nodes, those at the places (NaN outside the mesh), and c in steps."""
-    faces, weights, inside = _located(points, triangles, places.points)
+    faces, weights, inside = located(points, triangles, places.points)
     used = np.flatnonzero(inside & (shares > 0))
     # What is left of a plane is small, and the plane itself is kept to rounding.
     design = np.column_stack([np.ones(len(places.points)), places.points])
     plane = np.linalg.lstsq(design[used], places.means[used], rcond=None)[0]
     rest = places.means - design @ plane
-    problem = _Problem.of(
-        points,
-        triangles,
-        faces=faces[used],
-        weights=weights[used],
-        shares=shares[used],
-        values=rest[used],
-    )
+    problem = Scattered.of(points, triangles, faces[used], weights[used], shares[used])
+    load = problem.load(rest[used])
     analysis = Cholmod().analyse(problem.energy)
     counts, spread = places.counts[used], float(places.spread[used].sum())
 
     def solved(smoothing: float) -> FloatArray:
-        return analysis.factor(problem.matrix(smoothing)).solve(problem.load)
+        return analysis.factor(problem.matrix(smoothing)).solve(load)
 
     def rms(smoothing: float) -> float:
         misfit = rest[used] - problem.at_places(solved(smoothing))
@@ -272,24 +193,6 @@ def _smoothing_for(noise: float, rms: Callable[[float], float]) -> float:
         return MOST_SMOOTHING
     # The residual grows at most like c^4.
     return float(np.exp(brentq(excess, low, high, xtol=NOISE_ACCURACY / 4.0)))
-
-
-def _located(
-    points: FloatArray, triangles: IntArray, places: FloatArray
-) -> tuple[IntArray, FloatArray, BoolArray]:
-    """Return the triangle of each place, its barycentric coordinates there, and whether it lies inside."""
-    near = nearest(places[:, :2], points, triangles)
-    faces = near.simplex
-    a, b, c = (points[triangles[faces, k]] for k in range(3))
-    double_area = _cross(b - a, c - a)
-    weight_a = _cross(b - places, c - places) / double_area
-    weight_b = _cross(c - places, a - places) / double_area
-    weights = np.stack([weight_a, weight_b, 1.0 - weight_a - weight_b], axis=1)
-    return ints(faces), floats(weights), bools(near.distance <= SAME_PLACE)
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], dtype=np.float64)
 
 
 def _note(residuals: FloatArray, coverage: Coverage, nodes: int, step: float, smoothing: float) -> str:

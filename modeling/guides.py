@@ -99,17 +99,6 @@ class Guides:
         below = self.lines[:, 0] - by * self.tangents(upper=False)
         return Guides(np.concatenate([below[:, None], self.lines, above[:, None]], axis=1))
 
-    def directions(self, z: FloatArray) -> FloatArray:
-        """Return the plan direction of each guide around elevation z, upwards; zero where it is vertical.
-
-        Shape (n, 2), unit vectors.
-        """
-        way = self._ways(z)
-        length = np.linalg.norm(way, axis=1)
-        plan = np.hypot(way[:, 0], way[:, 1])
-        steep = plan <= 1e-9 * np.maximum(length, np.finfo(float).tiny)
-        return np.where(steep[:, None], 0.0, way[:, :2] / np.where(steep, 1.0, plan)[:, None])
-
     def rates(self, z: FloatArray) -> FloatArray:
         """Return how far each guide goes in plan per unit of elevation around elevation z, shape (n, 2).
 

@@ -12,18 +12,21 @@ import numpy as np
 
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.modeling.acceleration import Anderson
-from graben.modeling.algebra import Analysis, Backend
+from graben.modeling.algebra import Backend
 from graben.modeling.deformation import Deformation
 from graben.modeling.energy import Block, EdgePattern, assemble
 from graben.modeling.guides import Guides
 from graben.modeling.moves import valid_move
 from graben.modeling.picks import NodeData
 from graben.modeling.remeshing import Remeshed
+from graben.modeling.repeated import Repeated
 from graben.modeling.respacing import Arms
 from graben.modeling.results import TerminationType
 
 #: Steps that the acceleration looks back.
 _DEPTH = 5
+#: Share of the tolerance up to which a solution may be off.
+_ACCURACY = 0.01
 #: Steps over which the deviation must not have fallen before the boundary is said to oscillate.
 _PATIENCE = 8
 
@@ -115,9 +118,13 @@ class _Clock:
 
 
 class _Solver:
-    """The values of the unknown nodes on a deformed mesh; the symbolic factorization is made once."""
+    """The values of the unknown nodes on a deformed mesh; the symbolic factorization is made once.
 
-    def __init__(self, problem: Problem, backend: Backend) -> None:
+    The paper's plain iteration factors every matrix anew; the accelerated one solves with an old factor
+    where that serves.
+    """
+
+    def __init__(self, problem: Problem, backend: Backend, accelerated: bool) -> None:
         self.problem = problem
         solved = problem.unknown | problem.fitted
         self.unknown, self.fixed = np.flatnonzero(solved), np.flatnonzero(~solved)
@@ -126,16 +133,13 @@ class _Solver:
         self._weight[self._data] = problem.stiffness
         self._own = Block.of(problem.pattern, self.unknown, self.unknown)
         self._other = Block.of(problem.pattern, self.unknown, self.fixed)
-        self._backend = backend
-        self._analysis: Analysis | None = None
+        self._systems = Repeated(backend, _ACCURACY * problem.tolerance if accelerated else 0.0)
 
     def values(self, points: FloatArray) -> FloatArray:
         """Return the minimizer of the energy on the mesh with these positions, shape (n,)."""
         p = self.problem
         matrix = assemble(points, p.pattern, p.theta, p.length)
         own = self._own.of_matrix(matrix)
-        if self._analysis is None:
-            self._analysis = self._backend.analyse(own)
         # Solved for the difference from the input, whose size is that of the throw, not of the depth.
         shift = points[p.data.nodes] - p.points[p.data.nodes]
         misfit = p.values[p.data.nodes] - p.data.z - (p.data.gradient * shift).sum(axis=1)
@@ -143,7 +147,7 @@ class _Solver:
         load[self._data] += p.stiffness * misfit
         own.setdiag(own.diagonal() + self._weight)
         result = p.values.copy()
-        result[self.unknown] -= self._analysis.factor(own).solve(load)
+        result[self.unknown] -= self._systems.solve(own, load)
         result[p.fitted] = p.values[p.fitted]
         return result
 
@@ -185,7 +189,7 @@ def iterated(problem: Problem, backend: Backend, max_iterations: int, accelerate
 def _approached(problem: Problem, backend: Backend, max_iterations: int, accelerated: bool) -> Outcome:
     """Return the outcome of one run of the iteration; parameters as of :func:`iterated`."""
     clock = _Clock()
-    solver = _Solver(problem, backend)
+    solver = _Solver(problem, backend, accelerated)
     mixer = Anderson(_DEPTH if accelerated else 0)
     tolerance = problem.tolerance
     mesh, remeshings, shortened = None, 0, False
@@ -221,7 +225,7 @@ def _approached(problem: Problem, backend: Backend, max_iterations: int, acceler
         if move.remeshed is not None:
             mesh = move.remeshed if mesh is None else mesh.then(move.remeshed)
             remeshings += 1
-            solver = _Solver(problem, backend)
+            solver = _Solver(problem, backend, accelerated)
             values = move.remeshed.weights @ values
         if move.remeshed is not None or move.spaced:
             # Another map than before: what the iteration has learnt of it starts anew.

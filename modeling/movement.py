@@ -11,7 +11,7 @@ import numpy as np
 from graben.arrays import BoolArray, FloatArray, IntArray, ints
 from graben.complexes import Complex
 from graben.cutgraph import CutGraph
-from graben.modeling.courses import courses, directions  # noqa: F401  the respacing asks for both here
+from graben.modeling.courses import courses
 from graben.modeling.cutting import CutMesh
 from graben.modeling.fictitious import wall_edges
 from graben.modeling.guides import Guides, branch, sections

@@ -15,6 +15,7 @@ Mathematik 31, 1979), which needs no sigma and gives one, sigma^2 = R / (n - T).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,7 +35,7 @@ _PLACES, _STRETCH = 40, 16
 #: With fewer reliable nodes nothing is estimated.
 _LEAST_NODES = 100
 #: Random signs that the trace is estimated with (M. F. Hutchinson, 1989), and their seed.
-_PROBES, _SEED = 4, 0
+PROBES, SEED = 4, 0
 #: Rings of the fit around the zone, for each step of c: data further away change the zone by less than 1 %.
 _REACH = 5.0
 
@@ -78,21 +79,51 @@ def smoothing(
     if noise == 0 or not unknown.any():
         return Smoothing()
     ring = rings(triangles, unknown, _RINGS[1])
-    chosen = _near_places(points, ring >= _RINGS[0], graph)
+    chosen = near_places(points, ring >= _RINGS[0], graph)
     faces = triangles[chosen[triangles].all(axis=1)]
     used, flat = np.unique(faces, return_inverse=True)
     if len(used) < _LEAST_NODES:
         return Smoothing()
     estimate = _Estimate(points[used], flat.reshape(-1, 3), step, noise)
-    best = estimate.at(_FIRST)
-    found = 0.0
-    factor = _FIRST * _FACTOR
+    found, sigma = least(estimate.at, _FIRST)
+    return Smoothing(found * step, sigma) if found > _FIRST else Smoothing()
+
+
+def least(at: Callable[[float], tuple[float, float]], first: float) -> tuple[float, float]:
+    """Return the length c, in steps, with the least expected error of prediction, and the noise there.
+
+    ``at`` gives both for a length; ``first`` is the shortest that is tried, each further one is sqrt 2 times
+    the one before.
+    """
+    best, found = at(first), first
+    factor = first * _FACTOR
     while factor <= _LAST:
-        tried = estimate.at(factor)
+        tried = at(factor)
         if tried[0] >= best[0]:
             break
         best, found, factor = tried, factor, factor * _FACTOR
-    return Smoothing(found * step, best[1] if noise is None else noise) if found else Smoothing()
+    return found, best[1]
+
+
+def expected_error(residual: float, trace: float, count: int, noise: float | None) -> tuple[float, float]:
+    """Return the expected square error of prediction, but for a constant, and the noise sigma.
+
+    Mallows' C_p with the noise given, else generalized cross-validation: see the head of the module.
+
+    Parameters
+    ----------
+    residual : float
+        Sum R of the squares of the residuals, square model units.
+    trace : float
+        T of the matrix that takes data to their fit.
+    count : int
+        Number of data.
+    noise : float or None
+        sigma, model units, if it is known.
+    """
+    if noise is not None:
+        return residual / count + 2.0 * noise**2 * trace / count, noise
+    return residual / count / (1.0 - trace / count) ** 2, float(np.sqrt(residual / (count - trace)))
 
 
 def rings(triangles: IntArray, start: BoolArray, count: int) -> IntArray:
@@ -122,7 +153,7 @@ def node_areas(points: FloatArray, triangles: IntArray) -> FloatArray:
     return np.asarray(share, dtype=np.float64)
 
 
-def _near_places(points: FloatArray, candidates: BoolArray, graph: CutGraph) -> BoolArray:
+def near_places(points: FloatArray, candidates: BoolArray, graph: CutGraph) -> BoolArray:
     """Return the candidates, (n,), that lie beside some stretches of the cut, spread evenly over it."""
     middles = graph.nodes[graph.edges][:, :, :2].mean(axis=1)
     period = max(_STRETCH, len(middles) // _PLACES)
@@ -141,7 +172,7 @@ class _Estimate:
         self._energy = assemble(plan, pattern, theta=1.0, length=1.0)
         self._areas = node_areas(plan, triangles)
         self._bent = self._energy @ (points[:, 2] - points[:, 2].mean())
-        self._probes = np.random.default_rng(_SEED).choice([-1.0, 1.0], (len(points), _PROBES))
+        self._probes = np.random.default_rng(SEED).choice([-1.0, 1.0], (len(points), PROBES))
         self._analysis = Cholmod().analyse(self._energy)
         self._noise = noise
 
@@ -151,9 +182,6 @@ class _Estimate:
         matrix.setdiag(matrix.diagonal() + self._areas)
         loads = np.column_stack([length**4 * self._bent, self._areas[:, None] * self._probes])
         solved = self._analysis.factor(matrix).solve(loads)
-        n = len(loads)
         residual = float((solved[:, 0] ** 2).sum())
-        trace = float((self._probes * solved[:, 1:]).sum()) / _PROBES
-        if self._noise is not None:
-            return residual / n + 2.0 * self._noise**2 * trace / n, self._noise
-        return residual / n / (1.0 - trace / n) ** 2, float(np.sqrt(residual / (n - trace)))
+        trace = float((self._probes * solved[:, 1:]).sum()) / PROBES
+        return expected_error(residual, trace, len(loads), self._noise)

@@ -60,7 +60,10 @@ class CutArrays:
         for patch in patches:
             names, result = result._with_nodes(patch)
             added.append(names[patch.mesh.triangles])
-        return replace(result, triangles=np.concatenate([self.triangles[~gone], *added]))
+        # Patches that lie side by side share triangles of fixed nodes.
+        made = np.concatenate(added)
+        once = np.unique(np.sort(made, axis=1), axis=0, return_index=True)[1]
+        return replace(result, triangles=np.concatenate([self.triangles[~gone], made[np.sort(once)]]))
 
     def _with_nodes(self, patch: Patch) -> tuple[IntArray, CutArrays]:
         """Return the numbers of the nodes of a patch in the whole, and this with those that are new."""

@@ -15,6 +15,7 @@ from graben.modeling.distance import distances
 from graben.modeling.narrows import narrows
 from graben.modeling.noise import fitted, smoothing
 from graben.modeling.picks import NodeData, node_data
+from graben.modeling.refitting import refitted
 from graben.modeling.triangulation import PlanMesh, triangulated
 from graben.proximity import Nearest, PlanIndex, boxes, nearest
 from graben.surface import boundary_edges
@@ -119,6 +120,7 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
         anchors.append(anchor)
     surfaces = [model.faults[f].surface for f in faults]
     data = node_data(horizon.picks, graph, surfaces, gammas, mesh.points[cut.origin, :2], block)
+    horizon, mesh = refitted(horizon, mesh, cut, unknown, graph, data, model.unit)
     horizon, length = _denoised(model, horizon, mesh, cut, unknown, graph)
     return CutHorizon(
         horizon,
@@ -140,11 +142,10 @@ def _denoised(
     model: Model, horizon: Horizon, mesh: PlanMesh, cut: CutMesh, unknown: BoolArray, graph: CutGraph
 ) -> tuple[Horizon, float]:
     """Return the horizon with a note on its noise, and the length over which a fit has to smooth it."""
-    if model.parameters.theta == 0:
-        # The Dirichlet energy alone has no length to smooth over.
+    if model.parameters.theta == 0 or len(horizon.picks):
+        # The Dirichlet energy alone has no length to smooth over; a fit to picks has smoothed them already.
         return horizon, 0.0
-    # Picks were smoothed to their noise when the surface was fitted to them.
-    noise = None if len(horizon.picks) else horizon.noise
+    noise = horizon.noise
     points = mesh.points[cut.origin]
     needed = smoothing(points, cut.triangles, unknown, graph, horizon.step, noise)
     if needed.length == 0:

@@ -50,9 +50,9 @@ def keep(self, key, content):
 def repaired(*given):
     print("repaired", flush=True)
     return mended(*given)
-def told(model, prepared, network):
+def told(model, prepared, network, **options):
     print("rebuilt", prepared.horizon.name, flush=True)
-    return rebuilt(model, prepared, network)
+    return rebuilt(model, prepared, network, **options)
 resuming.KeptFolder.__setitem__, horizons.rebuilt, pipeline.mended = keep, told, repaired
 if __name__ == "__main__":
     cli.main(words)
@@ -98,7 +98,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     del report["timings"], report["peak_memory_mb"]
     found["report.json"] = json.dumps(report).encode()
     page, cuts = re.subn(
-        rb'<section aria-labelledby="timings">.*?</section>', b"", found["report.html"], flags=re.S
+        rb'<section aria-labelledby="settings">.*?</section>', b"", found["report.html"], flags=re.S
     )
     assert cuts == 1
     found["report.html"] = page
@@ -358,11 +358,11 @@ def test_a_worker_that_dies_is_told_in_a_sentence() -> None:
 def test_a_horizon_that_cannot_be_rebuilt_is_kept_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     plain, calls = horizons.rebuilt, []
 
-    def failing(model: Model, prepared: Any, network: Any) -> Any:
+    def failing(model: Model, prepared: Any, network: Any, **options: Any) -> Any:
         calls.append(prepared.horizon.name)
         if prepared.horizon.name == "B":
             raise ModelingError("It has no bottom.")
-        return plain(model, prepared, network)
+        return plain(model, prepared, network, **options)
 
     monkeypatch.setattr(horizons, "rebuilt", failing)
     kept: dict[str, bytes] = {}

@@ -138,11 +138,42 @@ def _pinched(mesh: Mesh) -> IntArray:
     start, end = (first // 3 * 3 + (first % 3 + step) % 3 for step in (1, 2))
     other = [second // 3 * 3 + (second % 3 + step) % 3 for step in (1, 2)]
     turned = mesh.triangles.ravel()[start] == mesh.triangles.ravel()[other[0]]
+    if not turned.any():
+        onward = np.full(mesh.triangles.size, -1)
+        onward[start], onward[other[0]] = other[1], end
+        return _not_walked(mesh.triangles.ravel(), onward)
     at_start, at_end = np.where(turned, other[0], other[1]), np.where(turned, other[1], other[0])
     steps = np.stack([np.concatenate([start, end]), np.concatenate([at_start, at_end])], axis=1)
     labels = components(mesh.triangles.size, steps)
     one_of_each = np.unique(labels, return_index=True)[1]
     return np.asarray(np.flatnonzero(np.bincount(mesh.triangles.ravel()[one_of_each]) > 1), dtype=np.int64)
+
+
+def _not_walked(vertex: IntArray, onward: IntArray) -> IntArray:
+    """Return the vertices that a walk from corner to corner does not go round, where all is oriented alike.
+
+    Parameters
+    ----------
+    vertex : (c,) array
+        The vertex of each corner.
+    onward : (c,) array
+        The next corner around the same vertex, each the next of one at most; -1 behind the last of a fan.
+    """
+    corners = np.bincount(vertex)
+    begin = np.full(len(corners), -1)
+    begin[vertex] = np.arange(len(vertex))
+    first = np.ones(len(vertex), dtype=bool)
+    first[onward[onward >= 0]] = False
+    begin[vertex[first]] = np.flatnonzero(first)
+    walked = (begin >= 0).astype(np.int64)
+    at = np.flatnonzero(begin >= 0)
+    corner = begin[at]
+    while len(at):
+        corner = onward[corner]
+        goes_on = (corner >= 0) & (corner != begin[at])
+        at, corner = at[goes_on], corner[goes_on]
+        walked[at] += 1
+    return np.flatnonzero(walked < corners)
 
 
 CHECK = Check(

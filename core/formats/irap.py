@@ -243,6 +243,8 @@ def grid_surface(name: str, geometry: GridGeometry, values: FloatArray) -> Surfa
 
 def _cells(index: IntArray, defined: BoolArray) -> IntArray:
     """Return the triangles of all cells, in the order of the cells."""
+    if defined.all():
+        return _whole_cells(index)
     corners = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)
     there = np.stack([defined[:-1, :-1], defined[1:, :-1], defined[1:, 1:], defined[:-1, 1:]], axis=-1)
     count = there.sum(axis=-1)
@@ -257,3 +259,15 @@ def _cells(index: IntArray, defined: BoolArray) -> IntArray:
     taken = np.stack([count >= 3, count == 4], axis=-1)
     cell = np.stack([corners, corners], axis=-2)
     return ints(np.take_along_axis(cell, without[choice], axis=-1)[taken], -1, 3)
+
+
+def _whole_cells(index: IntArray) -> IntArray:
+    """Return the triangles of all cells of a grid without undefined nodes, as :func:`_cells` does."""
+    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
+    i, j = np.ogrid[: a.shape[0], : a.shape[1]]
+    even = (i + j) % 2 == 0
+    made = np.empty((*a.shape, 2, 3), dtype=np.int64)
+    # an even cell is cut from a to c, an odd one from b to d
+    made[..., 0, 0], made[..., 0, 1], made[..., 0, 2] = a, b, np.where(even, c, d)
+    made[..., 1, 0], made[..., 1, 1], made[..., 1, 2] = np.where(even, a, b), c, d
+    return ints(made, -1, 3)

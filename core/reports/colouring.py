@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.colors import to_hex
 
 from graben.arrays import FloatArray, floats
@@ -21,6 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap
 
 _SUBDOMAIN_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#666666")
+#: The colour of nothing: it stands out from a white page and from a dark one.
+_NONE = "#DFDCD6"
 #: Throws of the rarer sign below this share of the largest leave the colours to the other sign.
 _ONE_SIGN = 0.05
 #: Colourings that are offered even where every value is zero.
@@ -60,7 +61,11 @@ def colourings(painted: Sequence[Painted], frame: Frame) -> dict[str, dict[str, 
     bare = [None if s is None else s % count for s in known["subdomain"]]
     down = frame.z_factor < 0
     every = {
-        "height": (frame.z_name, heights, _axis(_shades(elevation_colours()), frame.label(frame.z_name), down)),
+        "height": (
+            frame.z_name,
+            heights,
+            _axis(_shades(elevation_colours()), frame.label(frame.z_name), down),
+        ),
         "throw": ("throw", known["throw"], _throw_axis(known["throw"], frame)),
         "move": ("move from the input", known["move"], _move_axis(known["move"], frame)),
         "subdomain": (
@@ -89,10 +94,13 @@ def _opacity(painted: Painted, coloured: bool) -> float | None:
 
 
 def _throw_axis(values: Sequence[FloatArray | None], frame: Frame) -> dict[str, Any]:
-    """Return the colours of throw: normal orange, reverse purple, white between."""
+    """Return the colours of throw: normal orange, reverse purple, grey between."""
     low, high = _range(values)
     most = max(-low, high) or 1.0
-    colours, title = colormaps["PuOr_r"], frame.label("throw")
+    colours, title = (
+        _colours("throw", "#2D004B", "#8073AC", _NONE, "#E08214", "#7F3B08"),
+        frame.label("throw"),
+    )
     if low > -_ONE_SIGN * most:
         return _axis(_shades(colours, 0.5, 1.0), title, cmin=0.0, cmax=most)
     if high < _ONE_SIGN * most:
@@ -102,12 +110,22 @@ def _throw_axis(values: Sequence[FloatArray | None], frame: Frame) -> dict[str, 
 
 def _move_axis(values: Sequence[FloatArray | None], frame: Frame) -> dict[str, Any]:
     most = _range(values)[1] or 1.0
-    return _axis(_shades(colormaps["BuPu"], 0.08, 0.95), frame.label("move"), cmin=0.0, cmax=most)
+    return _axis(
+        _shades(_colours("move", _NONE, "#8C96C6", "#6E016B")), frame.label("move"), cmin=0.0, cmax=most
+    )
+
+
+def _colours(name: str, *stops: str) -> Colormap:
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list(name, list(stops))
 
 
 def _range(values: Sequence[FloatArray | None]) -> tuple[float, float]:
     known = [v for v in values if v is not None and len(v)]
-    return min((float(v.min()) for v in known), default=0.0), max((float(v.max()) for v in known), default=0.0)
+    return min((float(v.min()) for v in known), default=0.0), max(
+        (float(v.max()) for v in known), default=0.0
+    )
 
 
 def _shades(colours: Colormap, low: float = 0.0, high: float = 1.0) -> list[list[float | str]]:
@@ -120,7 +138,8 @@ def _shades(colours: Colormap, low: float = 0.0, high: float = 1.0) -> list[list
 
 
 def _axis(scale: object, title: str, reverse: bool = False, **keys: object) -> dict[str, Any]:
-    bar = {"title": {"text": title, "side": "right"}, "thickness": 14, "len": 0.7}
+    bar: dict[str, Any] = {"title": {"text": title, "side": "right"}, "thickness": 14, "len": 0.7}
+    bar |= {"exponentformat": "none", "separatethousands": False, "tickformat": "~f"}
     turned = {"reversescale": True} if reverse else {}
     return {"colorscale": scale, "colorbar": bar, **turned, **keys}
 
@@ -142,8 +161,8 @@ def node_throws(result: HorizonResult) -> FloatArray:
 def throw_on(results: Sequence[HorizonResult], fault: Surface) -> FloatArray | None:
     """Return the throw on a fault at its vertices, (n,), model units; None where it cuts no horizon.
 
-    At each place along strike it is that of the cutoffs there, linear in elevation between two horizons; above
-    the first and below the last it is theirs. Beyond a tip there is none.
+    At each place along strike it is that of the cutoffs there, linear in elevation between two horizons;
+    above the first and below the last it is theirs. Beyond a tip there is none.
     """
     lines = stretches_on(results, fault)
     if not lines:

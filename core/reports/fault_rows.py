@@ -1,4 +1,4 @@
-"""What repair did to the faults as pages show it: a row for each, before and after; and where each came from."""
+"""What repair did to the faults as pages show it: a row for each, and where each came from."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from graben.repairs import RepairResult
 from graben.reports.check_parts import sized, told
 from graben.reports.repair_moves import FaultChange, fault_changes
 from graben.reports.style import Frame
-from graben.repairs import RepairResult
 
 if TYPE_CHECKING:
     from graben.cleaning.ledger import RepairAction
@@ -88,8 +88,8 @@ def run_changes(result: RunResult) -> tuple[FaultChange, ...]:
 def lineage_of(actions: Sequence[RepairAction], given: Sequence[str]) -> Mapping[str, str]:
     """Return the fault of the input that each name of a ledger came from.
 
-    A name that a change brings came from the fault that it replaced; of several, from that whose name it goes on
-    from.
+    A name that a change brings came from the fault that it replaced; of several, from that whose name it
+    goes on from.
     """
     lineage = {name: name for name in given}
     for action in actions:

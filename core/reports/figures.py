@@ -12,6 +12,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from graben.arrays import FloatArray
 from graben.modeling.results import HorizonResult, TerminationType
+from graben.reports.along_strike import fitted_name, title
 from graben.reports.style import (
     CYCLE,
     DASHES,
@@ -30,6 +31,8 @@ _MOST_PANELS = 12
 _COLUMNS = 3
 #: Subdomains beyond these share one colour; they are told apart in the table.
 _MOST_NAMED = 7
+#: Faults that a subdomain is called by: more names would leave the figure no room.
+_MOST_FAULTS = 4
 #: An eps_k of zero has no logarithm: it stands at this share of the tolerance.
 _FLOOR = 1e-4
 
@@ -70,7 +73,7 @@ def throw_figure(result: HorizonResult, frame: Frame, truth: Sequence[FloatArray
         axes.set_visible(False)
     omitted = len(result.cutoffs) - len(shown)
     more = f" ({omitted} cutoffs of smaller throw not shown)" if omitted else ""
-    figure.suptitle(f"{result.name}: throw{more}", x=0.01, ha="left", weight="bold", fontsize=11)
+    figure.suptitle(f"{title(result.name)}: throw{more}", x=0.01, ha="left", weight="bold", fontsize=11)
     figure.supxlabel(frame.label("distance along the trace"), fontsize=9)
     figure.supylabel(frame.label("throw, heave"), fontsize=9)
     figure.legend(handles=handles, loc="outside upper right", ncols=3)
@@ -82,7 +85,17 @@ def _piece(result: HorizonResult, k: int) -> str:
     name = result.cutoffs[k].fault
     pieces = [i for i, c in enumerate(result.cutoffs) if c.fault == name]
     number = f", piece {pieces.index(k) + 1} of {len(pieces)}" if len(pieces) > 1 else ""
-    return f"{name}{number}"
+    return f"{title(name)}{number}"
+
+
+def _some(faults: Sequence[str]) -> str:
+    """Return the names of faults, of many the first.
+
+    >>> _some([]), _some(["F1", "F2"]), _some([f"F{k}" for k in range(1, 46)])
+    ('no fault', 'F1, F2', 'F1, F2, F3, F4 and 41 more')
+    """
+    named, rest = ", ".join(faults[:_MOST_FAULTS]), len(faults) - _MOST_FAULTS
+    return (f"{named} and {rest} more" if rest > 0 else named) or "no fault"
 
 
 @styled
@@ -109,7 +122,7 @@ def convergence_figure(result: HorizonResult, tolerance: float, frame: Frame) ->
         if named < _MOST_NAMED:
             style = {"color": CYCLE[named % len(CYCLE)], "lw": 1.5, "ls": DASHES[named % len(DASHES)]}
             kind = f"type {int(subdomain.termination.type)}"
-            style["label"] = f"{subdomain.id}: {', '.join(subdomain.faults) or 'no fault'} ({kind})"
+            style["label"] = f"{subdomain.id}: {fitted_name(_some(subdomain.faults))} ({kind})"
             named += 1
         axes.plot(np.arange(1, len(heights) + 1), heights, marker="o" if good else "X", ms=4, **style)
     axes.axhline(tolerance, color=FAULT, lw=0.9, ls=(0, (5, 2)))
@@ -130,6 +143,6 @@ def convergence_figure(result: HorizonResult, tolerance: float, frame: Frame) ->
     axes.set_xlim(left=0.8, right=max(2, *(len(s.history) for s in iterated)) + 0.2)
     axes.set_xlabel("iteration")
     axes.set_ylabel(frame.label("largest change ε"))
-    axes.set_title(f"{result.name}: convergence")
+    axes.set_title(f"{title(result.name)}: convergence")
     axes.legend(title="subdomain: faults", loc="center left", bbox_to_anchor=(1.01, 0.5), title_fontsize=8)
     return figure

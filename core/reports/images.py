@@ -6,17 +6,23 @@ import base64
 import io
 import warnings
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 from graben.reports.style import styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from matplotlib.transforms import Bbox
 
 #: Resolutions tried for pictures that are too large as drawings, dots per inch.
 _RESOLUTIONS = (140, 105, 80, 50)
 _COLOURS = 256
 #: Bytes below which few drawings fit: not worth the time.
 _LEAST_DRAWING = 150_000
+#: Around a figure, inches.
+_PADDING = 0.06
+#: The box around each figure that was laid out here, inches.
+_BOXES: WeakKeyDictionary[Figure, Bbox] = WeakKeyDictionary()
 #: Bytes of a dot of a picture at the very least: spares resolutions that cannot fit.
 _LEAST_DOT = 0.04
 
@@ -71,12 +77,11 @@ def _saved(figure: Figure, kind: str, **options: Any) -> bytes:
     with warnings.catch_warnings():
         # Names may hold letters that the font lacks; they then stand as boxes.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        laid_out = figure.get_layout_engine() is not None
-        if laid_out:
+        if figure.get_layout_engine() is not None:
             figure.draw_without_rendering()
             figure.set_layout_engine("none")  # laid out once, not again for each resolution
+            # The box around it as well: savefig would draw the figure once more to find it.
+            _BOXES[figure] = figure.get_tightbbox().padded(_PADDING)
         # What places its axes itself is saved as it stands.
-        figure.savefig(
-            buffer, format=kind, bbox_inches="tight" if laid_out else None, pad_inches=0.06, **options
-        )
+        figure.savefig(buffer, format=kind, bbox_inches=_BOXES.get(figure), **options)
     return buffer.getvalue()

@@ -93,6 +93,7 @@ def rendered(template: str, scene: Scene | None, **values: object) -> str:
         colourings=[(k, c["label"]) for k, c in scene.colourings.items()] if scene else [],
         css=Markup(source(environment, "report.css")[0]),
         javascript=Markup(source(environment, "view3d.js")[0]),
+        page_script=Markup(source(environment, "page.js")[0]),
         plotly=Markup(get_plotlyjs()),
     )
     return page + "\n"

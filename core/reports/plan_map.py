@@ -17,6 +17,7 @@ from graben.arrays import BoolArray, FloatArray, IntArray, ints
 from graben.cutgraph import NodeKind
 from graben.modeling.products import cutoff_polygons
 from graben.modeling.results import Cutoff, HorizonResult
+from graben.reports.along_strike import fitted_name, title
 from graben.reports.map_parts import HALO, Window, bounds, north_arrow, scale_bar
 from graben.reports.style import (
     FAULT,
@@ -87,7 +88,7 @@ def map_figure(result: HorizonResult, frame: Frame, window: Window | None = None
     scale_bar(axes, window, extent, frame)
     north_arrow(axes)
     part = "" if window == bounds(points[:, :2]) else ", detail at the faults"
-    axes.set_title(f"{result.name}: {frame.z_name}{part}")
+    axes.set_title(f"{title(result.name)}: {frame.z_name}{part}")
     _legend(figure, result, frame)
     return figure
 
@@ -286,7 +287,7 @@ def _name(axes: Axes, cutoff: Cutoff, window: Window, extent: float) -> None:
     ahead /= np.hypot(*ahead) or 1.0
     beside = middle[len(middle) // 2] + 0.07 * extent * np.array([ahead[1], -ahead[0]])
     places = [middle[-1] + 0.035 * extent * ahead, middle[0] - 0.035 * extent * ahead, beside]
-    half = 0.006 * extent * max(len(cutoff.fault), 3)  # of the name's width, about
+    half = 0.006 * extent * max(len(fitted_name(cutoff.fault)), 3)  # of the name's width, about
 
     def inside(place: FloatArray) -> bool:
         return bool(
@@ -295,7 +296,7 @@ def _name(axes: Axes, cutoff: Cutoff, window: Window, extent: float) -> None:
         )
 
     x, y = next((place for place in places if inside(place)), beside)
-    axes.text(x, y, cutoff.fault, fontsize=8.5, weight="bold", color=FAULT, **_WRITTEN)
+    axes.text(x, y, fitted_name(cutoff.fault), fontsize=8.5, weight="bold", color=FAULT, **_WRITTEN)
 
 
 def _graph(axes: Axes, result: HorizonResult) -> None:

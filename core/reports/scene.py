@@ -26,17 +26,21 @@ _EXAGGERATIONS = (1, 2, 3, 5, 10, 20)
 #: Height of the model over its longer side in plan that the first exaggeration aims at.
 _HEIGHT = 0.35
 FAULT_COLOURS = ("#8C8C8C", "#B08D57", "#6C8EAD", "#9B7FA8", "#7F9B72", "#A3A3A3")
-_LIGHT = {"ambient": 0.62, "diffuse": 0.6, "specular": 0.05, "roughness": 0.9}
+_LIGHT = {"ambient": 0.72, "diffuse": 0.5, "specular": 0.05, "roughness": 0.9}
 
 
 @dataclass(frozen=True)
 class Group:
-    """Traces that are shown and hidden together: what kind they are, their name, their indices, and a colour."""
+    """Traces that are shown and hidden together: what kind they are, their name and their indices.
+
+    ``colour`` is what stands beside the name, if anything; ``shown`` whether the view opens with them.
+    """
 
     kind: str
     label: str
     traces: tuple[int, ...]
     colour: str = ""
+    shown: bool = True
 
 
 @dataclass(frozen=True)
@@ -44,10 +48,9 @@ class Scene:
     """What the page needs to draw: traces and layout for plotly.js, colourings, and a note.
 
     ``colourings`` maps a name to {"values": an array or None for each of ``meshes``, "axis": coloraxis}; a
-    surface without values keeps its own colour. ``veiled`` are the traces that the reader may make see-through,
-    ``veil`` is how opaque they are to begin with, percent;
-    ``exaggerations`` are the choices, ``exaggeration`` the one set; ``spot`` is the trace that marks a place
-    asked for, if there is one.
+    surface without values keeps its own colour. ``veiled`` are the traces that the reader may make
+    see-through, ``veil`` is how opaque they are to begin with, percent. ``exaggerations`` are the choices,
+    ``exaggeration`` the one set; ``spot`` is the trace that marks a place asked for, if there is one.
     """
 
     data: list[dict[str, Any]]
@@ -148,7 +151,7 @@ class Space:
             )
         ratio = self._ratio()
         aspect = {"x": float(ratio[0]), "y": float(ratio[1]), "z": float(ratio[2]) * self.exaggeration}
-        camera = {"eye": {"x": -0.86, "y": -1.3, "z": 0.86}, "center": {"x": 0, "y": 0, "z": -0.1}}
+        camera = {"eye": {"x": -0.78, "y": -1.17, "z": 0.78}, "center": {"x": 0, "y": 0, "z": -0.1}}
         return {
             "scene": {**axes, "aspectmode": "manual", "aspectratio": aspect, "camera": camera},
             "margin": {"l": 0, "r": 0, "t": 0, "b": 0},

@@ -16,6 +16,7 @@ from graben.arrays import BoolArray, FloatArray, IntArray, bools
 from graben.cutgraph import NodeKind
 from graben.model import Fault
 from graben.modeling.results import Cutoff, HorizonResult
+from graben.reports.along_strike import title
 from graben.reports.map_parts import HALO
 from graben.reports.shapes import compass, crossings
 from graben.reports.style import FAULT, FOOT, HANGING, INPUT, PAPER, Frame, placed, plain_numbers, styled
@@ -260,7 +261,8 @@ def _labels(
         )
     scale = "true scale" if exaggeration == 1.0 else f"vertical exaggeration {exaggeration:g}"
     axes.set_title(
-        f"{result.name}: section across {cutoff.fault} where its throw is {frame.length(cutoff.throw[row])}"
+        f"{title(result.name)}: section across {title(cutoff.fault)} "
+        f"where its throw is {frame.length(cutoff.throw[row])}"
     )
     at_x, at_y = (placed(value, result.horizon.step) for value in plane.origin)
     axes.set_xlabel(frame.label(f"distance from the fault at x {at_x}, y {at_y}"))

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 _OVERFULL = 2.0
 #: Places that are drawn of each kind.
 _MOST_PLACES = 500
+#: What the switches of places are called together.
+_PLACES = "Places"
 #: Letters in a line of a hover text, and lines of it.
 _LINE, _LINES = 60, 6
 _SPOT = "#D500F9"
@@ -41,7 +43,7 @@ _SPOT = "#D500F9"
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """A place (3,) that the page speaks of: its kind (a switch of the view), number, words and colour."""
+    """A place (3,) that the page speaks of: its switch in the view, number, words and colour."""
 
     kind: str
     number: int
@@ -81,9 +83,10 @@ def scene(
     surfaces = _surfaces(result)
     whole = sum(len(s.triangles) for s in surfaces)
     view = _View(space, min(MOST_TRIANGLES / whole, 1.0))
+    cut = any(h.cutoffs for h in result.horizons)
     for horizon in result.horizons:
         if any(s is horizon.surface for s in surfaces):
-            view.horizon(horizon)
+            view.horizon(horizon, shown=bool(horizon.cutoffs) or not cut)
     for number, fault in enumerate(f.surface for f in result.repaired.faults):
         if any(s is fault for s in surfaces):
             colour = FAULT_COLOURS[number % len(FAULT_COLOURS)]
@@ -116,8 +119,8 @@ class _View:
         self.meshes.append(len(self.data))
         return True
 
-    def horizon(self, result: HorizonResult) -> None:
-        """Add a horizon with its cutoffs."""
+    def horizon(self, result: HorizonResult, shown: bool) -> None:
+        """Add a horizon with its cutoffs; one that is not ``shown`` is switched off to begin with."""
         kept, triangles = _thinned(result, self.share)
         if not self._add(triangles):
             return
@@ -129,9 +132,11 @@ class _View:
         )
         self.veiled.append(len(self.data))
         name = seen(result.name)
-        self.data.append(self.space.mesh(name, points[kept], triangles, coloraxis="coloraxis"))
+        style: dict[str, Any] = {"coloraxis": "coloraxis", **({} if shown else {"visible": False})}
+        self.data.append(self.space.mesh(name, points[kept], triangles, **style))
         self.data += _lips(result, self.space)
-        self.groups.append(Group("Horizons", name, tuple(range(self.meshes[-1], len(self.data)))))
+        traces = tuple(range(self.meshes[-1], len(self.data)))
+        self.groups.append(Group("Horizons", name, traces, shown=shown))
 
     def fault(self, fault: Surface, colour: str, throw: FloatArray | None, move: FloatArray | None) -> None:
         """Add a fault."""
@@ -152,13 +157,13 @@ class _View:
     def places(self, kind: str, spots: Sequence[Spot]) -> None:
         """Add the places of one kind as numbered diamonds."""
         marker = {
-            "size": 6,
+            "size": 5,
             "symbol": "diamond",
             "color": [s.colour for s in spots],
             "line": {"color": "#FFFFFF", "width": 1},
         }
         where = f"%{{hovertext}}<br>%{{x}}, %{{y}}, {self.space.frame.z_name} %{{z}}<extra></extra>"
-        self.groups.append(Group(kind, kind.lower(), (len(self.data),)))
+        self.groups.append(Group(_PLACES, kind, (len(self.data),), spots[0].colour))
         self.data.append(
             self.space.points(
                 kind,
@@ -178,6 +183,8 @@ class _View:
                 f"Thinned for this view to {self.shown:,} of {whole:,} triangles; "
                 f"rims and cutoffs are whole, and the files hold every triangle.{left}"
             )
+        if not all(g.shown for g in self.groups):
+            note = f"Horizons that no fault cuts are switched off to begin with. {note}".rstrip()
         colours = colourings(self.painted, self.space.frame)
         layout = self.space.layout()
         if colours:
@@ -229,7 +236,7 @@ def _lips(result: HorizonResult, space: Space) -> list[dict[str, Any]]:
         space.lines(
             seen(f"{result.name}, {side} cutoff"),
             [getattr(c, side) for c in result.cutoffs],
-            line={"color": colour, "width": 6},
+            line={"color": colour, "width": 5},
         )
         for side, colour in (("hanging", HANGING), ("foot", FOOT))
     ]

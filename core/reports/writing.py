@@ -5,12 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graben.arrays import FloatArray, floats
+from graben.beside import beside
 from graben.finding_table import findings_table
 from graben.formats.geojson import write_geojson
 from graben.formats.irap import write_irap_ascii
@@ -42,6 +44,9 @@ if TYPE_CHECKING:
     from graben.modeling.results import HorizonResult
     from graben.pipeline import RunResult
 
+#: Nodes of all horizons from which on two cores share the writing.
+_WORTH = 200_000
+
 
 def write_run(result: RunResult, folder: Path) -> RunResult:
     """Write report.html, report.json, the repaired model and the files of every horizon.
@@ -61,6 +66,9 @@ def write_run(result: RunResult, folder: Path) -> RunResult:
     begin = time.perf_counter()
     folder.mkdir(parents=True, exist_ok=True)
     write_model(result.repaired, folder / "model")
+    tables: Callable[[], None] = partial(write_tables, result, folder)
+    if sum(len(h.first) for h in result.horizons) > _WORTH:
+        tables = beside(tables)
     stems = file_names([h.name for h in result.horizons])
     grids = {h.name: regular_grid(h) for h in result.horizons if h.horizon.grid is not None}
     files = {
@@ -68,12 +76,12 @@ def write_run(result: RunResult, folder: Path) -> RunResult:
         for h, stem in zip(result.horizons, stems, strict=True)
     }
     whole = write_model_files(result, folder, grids)
-    write_tables(result, folder)
+    tables()
     seconds = time.perf_counter() - begin
     total = result.timings.get("total", 0.0) + seconds
     timed = replace(result, timings={**result.timings, "write": seconds, "total": total})
     (folder / "report.html").write_text(
-        report_html(timed, files, _truth(result), whole), encoding="utf-8", newline="\n"
+        report_html(timed, files, _truth(result), whole, tuple(_TABLES)), encoding="utf-8", newline="\n"
     )
     (folder / "report.json").write_text(
         as_text(run_report(timed, files, whole)), encoding="utf-8", newline="\n"

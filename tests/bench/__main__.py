@@ -1,7 +1,7 @@
 """`make bench` prints all figures and writes build/bench/bench.json; nothing here is asserted.
 
 `python -m tests.bench surfaces network` takes some parts only: runs, surfaces, network, damaged, repairs,
-replicas, scheme, growth.
+replicas, scheme, growth, whole_run, peers, energies.
 """
 
 from __future__ import annotations
@@ -12,7 +12,19 @@ from importlib import import_module
 
 from tests.bench.tables import OUT, Table
 
-PARTS = ("runs", "surfaces", "network", "damaged", "repairs", "replicas", "scheme", "growth")
+PARTS = (
+    "runs",
+    "surfaces",
+    "network",
+    "damaged",
+    "repairs",
+    "replicas",
+    "scheme",
+    "growth",
+    "whole_run",
+    "peers",
+    "energies",
+)
 
 
 def main(parts: list[str]) -> None:

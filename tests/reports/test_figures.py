@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from graben.modeling.results import Cutoff
+from graben.reports.along_strike import fitted_name
 from graben.reports.figures import convergence_figure, throw_figure
 from graben.reports.images import data_address, png_bytes, svg_bytes
 from graben.reports.plan_map import detail_window, map_figure
@@ -74,9 +75,17 @@ def test_names_with_markup_and_dollars_are_drawn_as_they_stand():
     result = sample.cut_result(fault_name=sample.EVIL)
     drawn = figures(result, name=sample.EVIL)
     texts = {text.get_text() for text in drawn["map"].axes[0].texts}
-    assert sample.EVIL in texts
+    assert fitted_name(sample.EVIL) in texts
     for figure in drawn.values():
         assert b"<script" not in svg_bytes(figure)
+
+
+def test_long_names_leave_a_figure_its_size():
+    name = "a fault of a very long name " * 11
+    short, long = (figures(sample.cut_result(n, n), name=n) for n in ("F1", name))
+    for key in ("map", "section", "throw", "convergence"):
+        width = [Image.open(io.BytesIO(png_bytes(f[key], 40))).width for f in (short, long)]
+        assert width[1] <= 1.3 * width[0], key
 
 
 def test_throws_on_the_map_show_the_largest():

@@ -5,16 +5,28 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from types import MappingProxyType
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
 
+from graben.cleaning.ledger import RepairAction, measured
+from graben.finding import Status
 from graben.model import Model
+from graben.reports import html
+from graben.reports.curve import curve
+from graben.reports.fault_rows import lineage_of
 from graben.reports.html import report_html
+from graben.reports.model_files import ModelFiles
+from graben.reports.page import Room
+from graben.reports.run_notes import first_of_kinds, notes
+from graben.reports.style import Frame
 from graben.reports.summary import summary, verdict
 from tests.reports import sample
 
-VOID = {"meta", "link", "img", "input", "br"}
+VOID = {"meta", "link", "img", "input", "br", "wbr"}
+LONG = "a horizon of 300 letters, ../slashes\\ \"quotes' & emoji \U0001f30b " * 5
 
 
 class Page(HTMLParser):
@@ -38,6 +50,9 @@ class Page(HTMLParser):
     def handle_data(self, data):
         if not {"script", "style"} & set(self.open):
             self.text.append(data)
+
+    def handle_startendtag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
 
     def __getitem__(self, tag):
         return [attrs for name, attrs in self.tags if name == tag]
@@ -75,6 +90,7 @@ def test_page_asks_nothing_of_the_network(passed):
     addresses = [a[key] for _, a in page.tags for key in ("src", "href", "data", "action") if a.get(key)]
     assert addresses
     assert all(re.match(r"#|data:|[A-Za-z]+/[\w.]+$|report\.json$", address) for address in addresses)
+    assert not re.search(r"https?://(?!www\.w3\.org)", passed.split("<script>", maxsplit=1)[0])
     style = passed.split("<style>")[1].split("</style>")[0]
     assert "url(" not in style
     assert "@import" not in style
@@ -148,3 +164,138 @@ def test_report_survives_numbers_that_are_not_finite():
     subdomain = replace(result.horizons[0].subdomains[0], history=(1.0, np.nan), mean_deviation=np.nan)
     odd = replace(result, horizons=(replace(result.horizons[0], subdomains=(subdomain,)),))
     assert "nan" not in "".join(Page(report_html(odd, {})).text)
+
+
+def everything() -> str:
+    """A run with odd names everywhere: 300 letters, quotes, slashes, emoji, markup."""
+    run = sample.failed_run(LONG)
+    first = replace(sample.cut_result(LONG, LONG), warnings=(f"Look at {LONG}.",))
+    again = replace(sample.cut_result("Top B", LONG).moved(np.array([0.0, 0.0, -300.0])), score=None)
+    model = replace(run.model, name=LONG, faults=(sample.fault(LONG),))
+    action = RepairAction("weld", "duplicate", (LONG,), 4, 0.0, (*sample.ORIGIN, -2000.0), f"{LONG}!")
+    run = replace(
+        run,
+        model=model,
+        repaired=model,
+        horizons=(first, again),
+        not_modeled=MappingProxyType({}),
+        repairs=(action,),
+    )
+    files = {LONG: {"surface": "horizons/a b#%?\U0001f30b.ts", "part 1": "parts/a-1.ts"}}
+    whole = ModelFiles({"faults": "model/faults.vtu"}, {"resqml": "No <unit>."})
+    return report_html(run, files, None, whole, ("throws",))
+
+
+@pytest.fixture(scope="module")
+def odd() -> str:
+    return everything()
+
+
+def test_odd_names_do_no_harm(odd):
+    page = Page(odd)
+    assert page.open == []
+    assert len([t for t, _ in page.tags if t == "script"]) == 4
+    assert "".join(page.text).count(LONG.strip()[:40]) > 10
+    assert len(odd.encode()) < 10_000_000
+
+
+def test_links_are_percent_encoded(odd):
+    links = [a["href"] for a in Page(odd)["a"] if not a["href"].startswith("#")]
+    assert all(re.fullmatch(r"[\w./~-]+(%[0-9A-F]{2}|[\w./~-])*", link) for link in links)
+    assert {"horizons/a b#%?\U0001f30b.ts", "model/faults.vtu", "tables/throws.csv"} <= set(
+        map(unquote, links)
+    )
+    assert "No <unit>." in "".join(Page(odd).text)
+
+
+def test_page_is_usable_by_keyboard_and_ear(odd, passed):
+    for text in (odd, passed):
+        page = Page(text)
+        assert page.tags[[t for t, _ in page.tags].index("a")][1]["class"] == "skip"
+        # every input stands in a label of its own, every column and row head says what it is the head of
+        labelled = re.findall(r"<label[^>]*>(?:(?!</label>).)*<(?:input|select)", text, flags=re.DOTALL)
+        assert len(labelled) == len(page["input"]) + len(page["select"])
+        assert all("scope" in head for head in page["th"])
+        assert all(b.get("type") == "button" for b in page["button"])
+        drawings = [a for t, a in page.tags if t == "svg" and "curve" in (a.get("class") or "")]
+        assert drawings
+        assert all(a["role"] == "img" and a["aria-label"] for a in drawings)
+
+
+def test_order_is_verdict_map_view_faults_subdomains_checks_repairs_products(passed):
+    heads = re.findall(r'<h2 id="(\w+)"', passed)
+    wanted = ["overview", "notes", "maps", "view", "horizons", "faults", "subdomains", "checks", "repairs"]
+    assert heads == [*wanted, "products", "settings"]
+
+
+def test_several_horizons_share_the_place_of_the_map(odd):
+    page = Page(odd)
+    radios = [i for i in page["input"] if i.get("type") == "radio"]
+    assert len(radios) == 2
+    assert sum("checked" in i for i in radios) == 1
+    ids = {a.get("id") for _, a in page.tags}
+    assert {i["value"] for i in radios} <= ids
+
+
+def test_a_fault_on_two_horizons_has_a_profile_and_an_allan_diagram(odd, passed):
+    alts = [p["alt"] for p in Page(odd)["img"]]
+    assert sum(a.startswith("Allan diagram") for a in alts) == 1
+    assert sum(a.startswith("Throw along the strike") for a in alts) == 1
+    assert sum(a.startswith("Equal-area net") for a in alts) == 1
+    assert not any(a.startswith("Allan") for a in [p["alt"] for p in Page(passed)["img"]])
+
+
+def test_what_to_look_at_begins_with_failures_and_one_of_each_kind():
+    run = sample.failed_run()
+    warned = replace(run.horizons[0], warnings=("First.", "Second."))
+    found = notes(replace(run, horizons=(warned,)))
+    failures = [n for n in found if n.status is Status.FAIL]
+    assert found[: len(failures)] == failures
+    words = [n.words for n in failures]
+    assert any("type 3" in w and "short by 37.5 m" in w for w in words)
+    assert any("Top B is not a function" in w for w in words)
+    shown = found[: first_of_kinds(found)]
+    assert [n.words for n in found if n not in shown] == ["Second."]
+
+
+def test_curve_ends_below_the_tolerance_where_the_iteration_did():
+    frame = Frame("m", 1.0)
+    made = curve((61.0, 3.2, 0.02), 0.1, frame)
+    assert made.words == "Largest change by iteration: 61, 3.2, 0.02 m."
+    heights = [float(p.split(",")[1]) for p in made.points.split()]
+    assert heights == sorted(heights)  # downwards
+    assert heights[-1] > float(made.level) > heights[1]
+    assert curve((), 0.1, frame) is None
+    assert curve((0.0,), 0.1, frame).points.count(",") == 1  # zero has no logarithm
+
+
+def test_lineage_is_read_from_the_ledger():
+    one, two = (measured(replace(sample.fault().surface, name=name)) for name in ("F1", "F2"))
+    part = replace(one, name="F1 (2)")
+    both = RepairAction(
+        "pieces", "x", ("F1", "F2"), 1, 0.0, None, "", before=(two, one), after=(two, one, part)
+    )
+    later = RepairAction(
+        "weld", "x", ("F1 (2)",), 1, 0.0, None, "", before=(part,), after=(replace(part, name="G"),)
+    )
+    lineage = lineage_of([both, later], ["F1", "F2"])
+    assert lineage["F1 (2)"] == lineage["G"] == "F1"
+    assert lineage["F2"] == "F2"
+
+
+def test_pictures_beyond_the_room_are_left_out(monkeypatch):
+    monkeypatch.setattr(html, "_PICTURES", 60_000)
+    page = Page(report_html(sample.run_result(), {}))
+    sizes = [len(p["src"]) for p in page["img"]]
+    assert sum(sizes) <= 60_000
+    assert page.open == []
+
+
+def test_room_hands_on_what_is_spared():
+    from matplotlib.figure import Figure
+
+    room = Room(50_000, 4)
+    first = room.picture(Figure(figsize=(1, 1)), "a", "b")
+    assert first is not None
+    assert room.left == 50_000 - len(first.source)
+    assert Room(10, 1).picture(Figure(figsize=(1, 1)), "a", "b") is None

@@ -1,0 +1,268 @@
+"""The tables of a run's report: what stands out, horizons, subdomains, throws, products, settings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from graben.finding import CheckResult, Status
+from graben.modeling.results import HorizonResult, Subdomain, TerminationType
+from graben.modeling.throws import FaultThrow
+from graben.reports.along_strike import fitted_name
+from graben.reports.check_parts import MOST_ROWS, told
+from graben.reports.curve import curve
+from graben.reports.json_report import Files
+from graben.reports.model_files import ModelFiles
+from graben.reports.repair_moves import FaultChange
+from graben.reports.repair_words import named
+from graben.reports.run_notes import spot, termination_place
+from graben.reports.scene import Space
+from graben.reports.style import Frame, rounded
+from graben.reports.summary import plural
+
+if TYPE_CHECKING:
+    from graben.pipeline import RunResult
+
+#: Changes of faults below this share of the model's size are rounding.
+_NOISE = 1e-8
+#: Lengths from which on they are told in kilometres, metres.
+_FAR = 10_000.0
+
+
+def facts(result: RunResult) -> str:
+    """Return what kind of model it is, in one line."""
+    model = result.model
+    said = [plural(len(model.horizons), "horizon"), plural(len(model.faults), "fault")]
+    said += [f"profile {result.after.profile}", f"unit {model.unit}", f"z is {model.z}"]
+    return ", ".join([*said, *([model.crs] if model.crs else [])])
+
+
+def key_figures(
+    result: RunResult, throws: Sequence[FaultThrow], changed: Sequence[FaultChange], frame: Frame
+) -> list[tuple[str, str, str]]:
+    """Return what stands out: a label, a value and a note each."""
+    every, made = len(result.model.horizons), len(result.horizons)
+    cut = sum(bool(h.cutoffs) for h in result.horizons)
+    rows = [("Horizons modeled", f"{made} of {every}", f"{cut} cut by faults")]
+    if throws:
+        most = max(throws, key=lambda t: abs(t.throw))
+        rows.append(
+            (
+                "Largest throw",
+                frame.length(most.throw),
+                f"{fitted_name(most.fault)} on {fitted_name(most.horizon)}",
+            )
+        )
+        length = sum(t.length for t in throws)
+        traces = plural(len(throws), "fault trace")
+        rows.append(("Cutoffs", _far(length, frame), traces))
+    subdomains = [s for h in result.horizons for s in h.subdomains if s.iterations]
+    if subdomains:
+        good = sum(s.termination.type is TerminationType.CONVERGED for s in subdomains)
+        most_steps = max(s.iterations for s in subdomains)
+        note = f"subdomains, in at most {plural(most_steps, 'iteration')}"
+        rows.append(("Converged", f"{good} of {len(subdomains)}", note))
+    rows.append(("Checks", *_check_words(result.after, result.before)))
+    rows.append(("Repairs", str(len(result.repairs)), _repair_words(result, changed, frame)))
+    scored = [h.score for h in result.horizons if h.score is not None]
+    if scored:
+        worst = max(s.cutoff.percent for s in scored)
+        rows.append(("Error of the cutoffs", f"{rounded(worst)} %", "of the largest true throw"))
+    return rows
+
+
+def _check_words(after: CheckResult, before: CheckResult) -> tuple[str, str]:
+    counts, earlier = after.counts(), before.counts()
+    value = "all pass"
+    open_ = [f"{counts[s]} {s}" for s in (Status.FAIL, Status.WARN) if counts.get(s)]
+    if open_:
+        value = ", ".join(open_)
+    same = all(counts.get(s, 0) == earlier.get(s, 0) for s in (Status.FAIL, Status.WARN))
+    was = ", ".join(f"{earlier.get(s, 0)} {s}" for s in (Status.FAIL, Status.WARN))
+    return value, "as in the input" if same else f"in the input {was}"
+
+
+def _repair_words(result: RunResult, changed: Sequence[FaultChange], frame: Frame) -> str:
+    """Return how far repair went at most."""
+    if not result.repairs:
+        return "nothing was changed"
+    words = []
+    for what, key in (("moved", "largest_move"), ("extended", "extended"), ("cut back", "cut_back")):
+        far = max((getattr(c, key) for c in changed), default=0.0)
+        if far > _NOISE * result.model.size:
+            words.append(f"{what} by up to {frame.length(far)}")
+    count = plural(len(changed), "fault")
+    return f"{count}: {', '.join(words)}" if words else f"{count} changed"
+
+
+def _far(length: float, frame: Frame) -> str:
+    if frame.unit == "m" and length >= _FAR:
+        return f"{rounded(length / 1000.0)} km"
+    return frame.length(length)
+
+
+def settings(run: RunResult, result: HorizonResult, frame: Frame) -> str:
+    """Return the step of a horizon and the gamma of each fault on it, in words."""
+    unit = f" {frame.unit}" if frame.unit else ""
+    step = f"Step {rounded(result.horizon.step)}{unit}"
+    faults = [f for f in run.repaired.faults if f.name in result.graph_faults]
+    gammas: dict[str, list[str]] = {}
+    for f in faults:
+        gammas.setdefault(rounded(run.model.gamma(f, result.horizon)), []).append(f.name)
+    words = [f"{gamma}{unit} around {named(names)}" for gamma, names in gammas.items()]
+    return f"{step}; rebuilt within {', '.join(words)} (gamma)." if gammas else f"{step}."
+
+
+def subdomain_rows(result: RunResult, space: Space | None, frame: Frame) -> dict[str, Any]:
+    """Return a row for each subdomain, horizon by horizon, and what was left out."""
+    both = [(h, s) for h in result.horizons for s in h.subdomains]
+    # Those that did not converge are never left out.
+    shown = sorted(both, key=lambda p: p[1].termination.type is TerminationType.CONVERGED)[:MOST_ROWS]
+    kept = {id(s) for _, s in shown}
+    rows = [_subdomain(h, s, result, space, frame) for h, s in both if id(s) in kept]
+    more = len(both) - len(rows)
+    said = f"{plural(more, 'more subdomain')} that converged: all are in report.json." if more > 0 else ""
+    return {"subdomains": rows, "subdomains_more": said}
+
+
+def _subdomain(
+    horizon: HorizonResult, s: Subdomain, result: RunResult, space: Space | None, frame: Frame
+) -> dict[str, Any]:
+    t, step = s.termination, horizon.horizon.step
+    where = [] if t.fault is None else [f"{t.fault}, {t.side}" if t.side else t.fault]
+    place = termination_place(s)
+    if place is not None:
+        where.append(frame.place(place, step))
+    if t.short_by is not None:
+        where.append(f"short by {frame.length(t.short_by)}")
+    return {
+        "horizon": told(horizon.name),
+        "id": s.id,
+        "faults": told(named(s.faults)) or "none",
+        "unknowns": f"{s.unknowns:,}",
+        "iterations": s.iterations,
+        "type": int(t.type),
+        "name": t.name if s.iterations or t.type else "not cut",
+        "advice": told(t.advice),
+        "where": told("; ".join(where)),
+        "curve": curve(s.history, result.model.tolerance, frame),
+        "displacement": rounded(s.mean_displacement) if s.iterations else "",
+        "deviation": rounded(s.mean_deviation) if s.iterations else "",
+        **spot(place, space, step),
+    }
+
+
+def throw_row(throw: FaultThrow, frame: Frame) -> dict[str, str]:
+    """Return one fault on one horizon as a row."""
+    pieces = f" in {plural(throw.pieces, 'piece')}" if throw.pieces > 1 else ""
+    ends = " to ".join(throw.ends) if len(throw.ends) == 2 else ", ".join(dict.fromkeys(throw.ends))
+    return {
+        "horizon": told(throw.horizon),
+        "sense": str(throw.sense),
+        "throw": frame.length(throw.throw),
+        "mean": frame.length(throw.mean),
+        "heave": frame.length(throw.heave),
+        "length": f"{frame.length(throw.length)}{pieces}",
+        "ratio": f"{throw.ratio:.3f}",
+        "dip": f"{throw.dip:.0f}°",
+        "ends": ends,
+    }
+
+
+#: What the scores are the errors of.
+_SCORES = {
+    "cutoff": "cutoffs",
+    "throw": "throw",
+    "zone": "rebuilt zone",
+    "zone_input": "the same zone of the input",
+}
+
+
+def score_rows(result: RunResult) -> list[dict[str, Any]]:
+    """Return the errors against the known answer, horizon by horizon."""
+    return [
+        {
+            "horizon": told(h.name),
+            "what": label,
+            "value": rounded(getattr(h.score, key).value),
+            "percent": f"{getattr(h.score, key).percent:.2f}",
+        }
+        for h in result.horizons
+        if h.score is not None
+        for key, label in _SCORES.items()
+    ]
+
+
+#: What the files of a horizon are, for whom.
+PRODUCTS = {
+    "surface": ("TSurf", "SKUA-GOCAD"),
+    "vtp": ("VTP", "ParaView, Python"),
+    "grid": ("grid", "RMS, Petrel: Irap"),
+    "cutoffs": ("cutoffs", "CSV: throw, heave, dip"),
+    "polygons": ("polygons", "GIS: GeoJSON"),
+    "pol": ("polygons", "RMS, Petrel: text"),
+}
+#: What the files of the whole model are.
+_WHOLE = {
+    "model": "the repaired faults and the horizons as they were modeled: a valid input again",
+    "faults": "all faults in one VTU, for ParaView and Python",
+    "resqml": "faults and rebuilt horizons as RESQML 2.0.1",
+    "resqml_arrays": "the arrays of the RESQML package: keep it beside it",
+}
+_TABLES = {
+    "throws": "length, throw, heave, dip and type of each fault on each horizon",
+    "doubts": "where a throw is not as that of a fault should be",
+    "misfit": "input less result, by distance from the fault",
+    "input": "input points near faults, and how many were left out",
+    "iterations": "the largest change in each iteration",
+    "findings": "every finding of the last check",
+}
+
+
+def products(result: RunResult, files: Files, whole: ModelFiles, tables: Sequence[str]) -> dict[str, Any]:
+    """Return every file of the run: those of each horizon by kind, of the whole model, and the tables."""
+    kinds = [key for key in PRODUCTS if any(key in own for own in files.values())]
+    rows = []
+    for h in result.horizons:
+        own: Mapping[str, str] = files.get(h.name, {})
+        if own:
+            parts = [
+                (label.removeprefix("part "), path) for label, path in own.items() if label not in PRODUCTS
+            ]
+            cells = [(own.get(key, ""), PRODUCTS[key][0]) for key in kinds]
+            rows.append({"name": told(h.name), "cells": cells, "parts": parts})
+    found = [("report.json", "everything on this page as data")]
+    found += [
+        (path, _WHOLE[what])
+        for what, path in ({"model": _MODEL} | dict(whole.files)).items()
+        if what in _WHOLE
+    ]
+    found += [(f"tables/{name}.csv", _TABLES.get(name, "")) for name in tables]
+    return {
+        "kinds": [PRODUCTS[key] for key in kinds],
+        "product_rows": rows,
+        "has_parts": any(row["parts"] for row in rows),
+        "whole": found,
+        "not_written": [(_WHOLE[what], told(why)) for what, why in whole.not_written.items()],
+    }
+
+
+_MODEL = "model/model.toml"
+
+
+def parameters(result: RunResult, frame: Frame) -> list[tuple[str, str]]:
+    """Return the settings of the run, key by key."""
+    model, p = result.model, result.model.parameters
+    given = "default: 10 times the largest gamma of a subdomain"
+    rows = [
+        ("model file", model.file.name if model.file else ""),
+        ("theta", f"{p.theta:g}, share of bending energy"),
+        ("length", given if p.length is None else frame.length(p.length)),
+        ("gamma", "default: 4 steps of the horizon" if p.gamma is None else frame.length(p.gamma)),
+        ("tolerance", frame.length(model.tolerance)),
+        ("max_iterations", str(p.max_iterations)),
+        ("min_dip", f"{p.min_dip:g}°"),
+        ("acceleration", "on" if p.acceleration else "off: the plain iteration of the paper"),
+        ("coordinate system", model.crs or "not given"),
+    ]
+    return [(key, told(value)) for key, value in rows if value]
