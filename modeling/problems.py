@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graben.arrays import BoolArray, FloatArray, IntArray
+from graben.arrays import BoolArray, FloatArray, IntArray, ints
 from graben.complexes import Complex
 from graben.model import Model
 from graben.modeling.algebra import Backend
@@ -25,6 +25,9 @@ from graben.surface import edge_table
 
 #: The default length of the energy, in gammas of the widest zone of the subdomain.
 _LENGTH = 10.0
+#: Copies from which on a part is solved by itself: an iteration on 800 unknowns took 2 ms, of which the
+#: arithmetic was a tenth.
+_LEAST_PART = 10_000
 #: Corners of the outline nearer to an exit than this share of gamma slide with it.
 _REACH = 0.5
 
@@ -34,7 +37,7 @@ class Stage:
     """What all parts of a horizon share.
 
     A subdomain consists of independent parts: no unknown of one has to do with an unknown of another, as
-    where two faults end far from each other. Each is solved by itself, so that it comes to rest by itself.
+    where two faults end far from each other. Each is solved by itself, but that small ones are put together.
 
     Parameters
     ----------
@@ -194,4 +197,18 @@ def _independent(prepared: CutHorizon, copies: IntArray) -> IntArray:
         label = cut.node_labels[np.argmax(there)]
         with_cut = parts[copies[(cut.node_labels[copies] == label) & (parts[copies] >= 0)]]
         parts[there] = with_cut.min() if len(with_cut) else -1
-    return parts
+    return _together(parts, cut.node_labels)
+
+
+def _together(parts: IntArray, labels: IntArray) -> IntArray:
+    """Return the parts (n,) with small ones of a subdomain put together."""
+    numbers, first, sizes = np.unique(parts, return_index=True, return_counts=True)
+    merged = numbers.copy()
+    for label in np.unique(labels[first[numbers >= 0]]):
+        size, name = 0, -1
+        for k in np.flatnonzero((labels[first] == label) & (numbers >= 0)):
+            if size == 0:
+                name = numbers[k]
+            merged[k] = name
+            size = 0 if size + sizes[k] >= _LEAST_PART else size + sizes[k]
+    return ints(merged[np.searchsorted(numbers, parts)])

@@ -12,7 +12,7 @@ from graben.arrays import FloatArray, IntArray
 from graben.complexes import Complex
 from graben.errors import ModelingError
 from graben.model import Model
-from graben.modeling import building
+from graben.modeling import building, problems
 from graben.modeling.algebra import Cholmod
 from graben.modeling.iteration import Problem
 from graben.modeling.preparation import CutHorizon, prepared
@@ -57,6 +57,13 @@ def test_what_a_copy_cannot_do_is_done_or_fails_here() -> None:
         worked(failing, COSTS, 2, worth=0.0)
 
 
+@pytest.fixture
+def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Solve even the smallest parts by themselves, each in a process of its own."""
+    monkeypatch.setattr(problems, "_LEAST_PART", 0)
+    monkeypatch.setattr(building, "_WORTH_A_PROCESS", 0)
+
+
 @cache
 def field() -> tuple[Model, CutHorizon, Complex]:
     """Return a horizon that one fault divides and that two others cut far from it and from each other."""
@@ -83,8 +90,8 @@ def same(one: HorizonResult, other: HorizonResult) -> bool:
     )
 
 
-def test_a_horizon_is_the_same_to_the_bit_with_any_number_of_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(building, "_WORTH_A_PROCESS", 0)
+@pytest.mark.usefixtures("small_parts")
+def test_a_horizon_is_the_same_to_the_bit_with_any_number_of_workers() -> None:
     results = [building.rebuilt(*field(), workers=workers) for workers in (1, 2, 3)]
     assert results[0].converged
     assert len(results[0].subdomains) == 2
@@ -93,6 +100,12 @@ def test_a_horizon_is_the_same_to_the_bit_with_any_number_of_workers(monkeypatch
     assert told[0] == told[1] == told[2]
 
 
+def test_small_parts_of_a_subdomain_are_solved_together() -> None:
+    stage = Stage.of(*field(), Cholmod())
+    assert [len(stage.parts(a.subdomain)) for a in field()[1].anchors] == [1, 1]
+
+
+@pytest.mark.usefixtures("small_parts")
 def test_parts_of_a_subdomain_are_independent() -> None:
     model, horizon, network = field()
     stage = Stage.of(model, horizon, network, Cholmod())
@@ -107,6 +120,7 @@ def test_parts_of_a_subdomain_are_independent() -> None:
         assert np.isin(horizon.cut.triangles[rows], local).all()
 
 
+@pytest.mark.usefixtures("small_parts")
 def test_where_one_part_fails_the_others_are_rebuilt(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = building.rebuilt(*field())
     solved = Stage.problem
