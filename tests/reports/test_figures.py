@@ -11,7 +11,8 @@ from PIL import Image
 
 from graben.modeling.results import Cutoff
 from graben.reports.along_strike import fitted_name
-from graben.reports.figures import convergence_figure, throw_figure
+from graben.reports.convergence import run_convergence_figure
+from graben.reports.figures import throw_figure
 from graben.reports.images import data_address, png_bytes, svg_bytes
 from graben.reports.plan_map import detail_window, map_figure
 from graben.reports.section import Plane, cut_by, plane_across, section_figure, section_place
@@ -58,7 +59,7 @@ def figures(result, frame=METRES, name="F1"):
         "detail": map_figure(result, frame, window),
         "section": section_figure(result, cutoff, row, [sample.fault(name)], frame, 800.0),
         "throw": throw_figure(result, frame, [cutoff.throw]),
-        "convergence": convergence_figure(result, 0.1, frame),
+        "convergence": run_convergence_figure([result], 0.1, frame),
     }
 
 
