@@ -16,17 +16,15 @@ from graben.modeling.energy import EdgePattern
 from graben.modeling.noise import node_areas
 from graben.modeling.outline import Run
 from graben.modeling.picks import NodeData
-from graben.modeling.remeshing import Remeshed, flatness, plan_areas, remeshed
+from graben.modeling.remeshing import Remeshed, remeshed, shapes
 
 if TYPE_CHECKING:
     from graben.modeling.iteration import Problem
 
 #: A move that turns triangles over is halved at most this often.
 _HALVINGS = 6
-#: Share of its area on the first mesh that a triangle keeps at least. With heights h the energy has terms of
-#: 1 / h^2; a thousandth leaves some digits, a millionth was seen to leave none.
-_LEAST_AREA = 1e-3
-#: And its height over its longest side at least, for meshes that were made anew between close lips.
+#: The height of a triangle over its longest side is at least this, on meshes that were made anew between
+#: close lips too.
 _FLATTEST = 1e-4
 
 
@@ -48,9 +46,8 @@ class Move:
     @property
     def flat(self) -> BoolArray:
         """Which triangles are turned over, or as good as without area, (m,)."""
-        first, triangles = self.problem.points, self.problem.pattern.triangles
-        lost = plan_areas(self.points, triangles) < _LEAST_AREA * plan_areas(first, triangles)
-        return np.asarray(lost | (flatness(self.points, triangles) < _FLATTEST), dtype=bool)
+        area, longest = shapes(self.points, self.problem.pattern.triangles)
+        return np.asarray((area < self.problem.least_areas) | (area < _FLATTEST * longest), dtype=bool)
 
 
 def valid_move(
@@ -87,7 +84,7 @@ def valid_move(
     moves = _moves(problem, z, target, image, backend, patient)
     if folded:
         moves = chain(_spaced(problem, image, backend), moves)
-    return next((m for m in moves if not m.flat.any()), _plain(problem, z))
+    return next((m for m in moves if not m.flat.any()), None) or _plain(problem, z)
 
 
 def _moves(

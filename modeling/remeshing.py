@@ -87,15 +87,21 @@ class Remeshed:
 
 def plan_areas(points: FloatArray, triangles: IntArray) -> FloatArray:
     """Return twice the plan area of triangles, (m,), negative where one is turned over."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return np.asarray(_cross(b - a, c - a), dtype=np.float64)
+    return shapes(points, triangles)[0]
 
 
-def flatness(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return about the height of triangles over their longest side, (m,), negative where turned over."""
-    corners = points[triangles]
-    longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
-    return np.asarray(plan_areas(points, triangles) / np.maximum(longest, np.finfo(float).tiny))
+def shapes(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return twice the plan area of triangles, negative where turned over, and their longest side squared.
+
+    Both (m,), square model units; their ratio is about the height of a triangle over its longest side.
+    ``points``: (n, 2), model units; ``triangles``: (m, 3).
+    """
+    x, y = (np.ascontiguousarray(column) for column in points.T)
+    at_x, at_y = ([column[corner] for corner in triangles.T] for column in (x, y))
+    ways = [(at_x[k - 1] - at_x[k - 2], at_y[k - 1] - at_y[k - 2]) for k in range(3)]
+    doubled = ways[0][0] * ways[1][1] - ways[0][1] * ways[1][0]
+    longest = np.maximum.reduce([dx**2 + dy**2 for dx, dy in ways])
+    return doubled, longest
 
 
 def remeshed(
@@ -289,8 +295,8 @@ def _windings(places: FloatArray, points: FloatArray, rim: IntArray) -> IntArray
 
 def _fits(points: FloatArray, triangles: IntArray, rim: IntArray, nodes: IntArray, area: float) -> bool:
     """Return whether new triangles are not turned over or flat, and have this rim, these nodes, this area."""
-    areas = plan_areas(points, triangles)
-    if (flatness(points, triangles) < _FLATTEST).any() or abs(areas.sum() / 2.0 - area) > _ROUNDING * area:
+    areas, longest = shapes(points, triangles)
+    if (areas < _FLATTEST * longest).any() or abs(areas.sum() / 2.0 - area) > _ROUNDING * area:
         return False
     made = boundary_edges(triangles)
     return np.array_equal(_sorted(made), _sorted(rim)) and bool(np.isin(nodes, triangles).all())
