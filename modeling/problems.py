@@ -49,8 +49,8 @@ class Stage:
         Stretches of the outer boundary that slide with the exits.
     border : (n,) bool array
         Copies on the outer boundary.
-    sides : (m, 3) array
-        Edge opposite to each corner of each triangle, of ``edge_count``.
+    near : dict of arrays
+        Triangles whose nodes take part in the problem of each part, ascending.
     gamma : float
         The largest gamma of a fault, model units.
     part : (n,) array
@@ -64,8 +64,7 @@ class Stage:
     guides: Guides
     runs: list[Run]
     border: BoolArray
-    sides: IntArray
-    edge_count: int
+    near: dict[int, IntArray]
     gamma: float
     part: IntArray
 
@@ -82,9 +81,9 @@ class Stage:
         border[outline] = True
         exits = lip.copies[lip.roles == Role.EXIT]
         runs_ = runs(prepared.first[:, :2], cut.origin, outline, prepared.unknown, exits, _REACH * gamma)
-        edges, sides = edge_table(cut.triangles)
         part = _independent(prepared, lip.copies)
-        return Stage(model, prepared, backend, lip, guides, runs_, border, sides, len(edges), gamma, part)
+        near = _near(cut.triangles, part, whole=prepared.smoothing > 0)
+        return Stage(model, prepared, backend, lip, guides, runs_, border, near, gamma, part)
 
     def parts(self, label: int) -> IntArray:
         """Return the numbers of the parts of a subdomain, those without a cut left out."""
@@ -105,7 +104,7 @@ class Stage:
         """
         prepared, cut = self.prepared, self.prepared.cut
         parameters = self.model.parameters
-        mine, near = self.cut_of(part), self._near(part)
+        mine, near = self.cut_of(part), self.near[part]
         local, flat = np.unique(cut.triangles[near], return_inverse=True)
         index = np.full(len(cut.origin), -1)
         index[local] = np.arange(len(local))
@@ -141,26 +140,13 @@ class Stage:
             length=length,
             tolerance=self.model.tolerance,
         )
-        return np.flatnonzero(near), local, problem
+        return near, local, problem
 
     def _widest(self, label: int) -> float:
         """Return the largest gamma of the faults of a subdomain."""
         there = self.prepared.cut.node_labels[self.lips.copies] == label
         faults = [self.model.faults[f] for f in np.unique(self.lips.faults[there])]
         return max(self.model.gamma(fault, self.prepared.horizon) for fault in faults)
-
-    def _near(self, part: int) -> BoolArray:
-        """Return the triangles whose nodes take part in the problem of a part, (m,).
-
-        Without a fit they reach to the nodes whose fixed values the energy sees across an edge; with one, to
-        the last of the fitted nodes, where the surface is free.
-        """
-        inside = (self.part == part)[self.prepared.cut.triangles]
-        if self.prepared.smoothing > 0:
-            return np.asarray(inside.all(axis=1))
-        on_edge = np.zeros(self.edge_count, dtype=bool)
-        on_edge[self.sides[inside.any(axis=1)]] = True
-        return np.asarray(on_edge[self.sides].any(axis=1))
 
     def _data(
         self, part: int, index: IntArray, points: FloatArray, fitted: BoolArray
@@ -198,6 +184,38 @@ def _independent(prepared: CutHorizon, copies: IntArray) -> IntArray:
         with_cut = parts[copies[(cut.node_labels[copies] == label) & (parts[copies] >= 0)]]
         parts[there] = with_cut.min() if len(with_cut) else -1
     return _together(parts, cut.node_labels)
+
+
+def _near(triangles: IntArray, part: IntArray, *, whole: bool) -> dict[int, IntArray]:
+    """Return for each part the triangles (m, 3) whose nodes take part in its problem, ascending.
+
+    Without a fit they reach to the nodes whose fixed values the energy sees across an edge; with one
+    (``whole``), to the last of the fitted nodes, where the surface is free. ``part``: (n,), -1 for none.
+    """
+    at = part[triangles]
+    touched = np.asarray(at.max(axis=1))
+    if whole:
+        rows = np.flatnonzero((at.min(axis=1) == touched) & (touched >= 0))
+        return _by_part(rows, touched[rows])
+    reached = np.zeros(len(part), dtype=bool)
+    reached[triangles[touched >= 0]] = True
+    rows = np.flatnonzero(reached[triangles].sum(axis=1) > 1)
+    edges, sides = edge_table(triangles[rows])
+    # Triangles of two parts have no node in common, so that an edge belongs to one of them.
+    owner = np.full(len(edges), -1)
+    own = touched[rows] >= 0
+    owner[sides[own]] = touched[rows][own][:, None]
+    there = owner[sides]
+    keys = np.unique((there * len(triangles) + rows[:, None])[there >= 0])
+    return _by_part(keys % len(triangles), keys // len(triangles))
+
+
+def _by_part(rows: IntArray, parts: IntArray) -> dict[int, IntArray]:
+    """Return the rows of each part, in their order."""
+    order = np.argsort(parts, kind="stable")
+    numbers, first = np.unique(parts[order], return_index=True)
+    ends = np.append(first, len(rows))[1:]
+    return {int(k): rows[order[a:b]] for k, a, b in zip(numbers, first, ends, strict=True)}
 
 
 def _together(parts: IntArray, labels: IntArray) -> IntArray:
