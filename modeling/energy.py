@@ -157,10 +157,9 @@ class Block:
 
     def of_matrix(self, matrix: csc_array) -> csc_array:
         """Return the block of a matrix that :func:`assemble` made; its own pattern is always the same."""
+        # Canonical, and shared as it is: scipy has nothing to sort or prune in it.
         part = self.pattern
-        result = csc_array(
-            (matrix.data[self.entries], part.indices.copy(), part.indptr.copy()), shape=part.shape
-        )
+        result = csc_array((matrix.data[self.entries], part.indices, part.indptr), shape=part.shape)
         result.has_canonical_format = True
         return result
 

@@ -23,7 +23,7 @@ from graben.modeling.remeshing import Remeshed, shapes
 from graben.modeling.repeated import Repeated
 from graben.modeling.respacing import Arms
 from graben.modeling.results import TerminationType
-from graben.modeling.tangent import gradients, tangent_step
+from graben.modeling.tangent import Slopes, tangent_step
 
 #: Steps that the acceleration looks back.
 _DEPTH = 5
@@ -87,6 +87,11 @@ class Problem:
         """Twice the plan area that each triangle keeps at least when the mesh moves, (m,)."""
         return _LEAST_AREA * shapes(self.points, self.pattern.triangles)[0]
 
+    @cached_property
+    def slopes(self) -> Slopes:
+        """The slopes of a solution at the nodes of the cut."""
+        return Slopes.of(self.pattern.triangles, self.cut)
+
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
@@ -137,12 +142,9 @@ class _Solver:
     def __init__(self, problem: Problem, backend: Backend, accelerated: bool) -> None:
         self.problem = problem
         solved = problem.unknown | problem.fitted
-        self.unknown, self.fixed = np.flatnonzero(solved), np.flatnonzero(~solved)
+        self.unknown = np.flatnonzero(solved)
         self._data = np.searchsorted(self.unknown, problem.data.nodes)
-        self._weight = np.zeros(len(self.unknown))
-        self._weight[self._data] = problem.stiffness
         self._own = Block.of(problem.pattern, self.unknown, self.unknown)
-        self._other = Block.of(problem.pattern, self.unknown, self.fixed)
         self._systems = Repeated(backend, _ACCURACY * problem.tolerance if accelerated else 0.0)
 
     def values(self, points: FloatArray) -> FloatArray:
@@ -153,9 +155,12 @@ class _Solver:
         # Solved for the difference from the input, whose size is that of the throw, not of the depth.
         shift = points[p.data.nodes] - p.points[p.data.nodes]
         misfit = p.values[p.data.nodes] - p.data.z - (p.data.gradient * shift).sum(axis=1)
-        load = own @ p.values[self.unknown] + self._other.of_matrix(matrix) @ p.values[self.fixed]
-        load[self._data] += p.stiffness * misfit
-        own.setdiag(own.diagonal() + self._weight)
+        load = (matrix @ p.values)[self.unknown]
+        if len(self._data):
+            load[self._data] += p.stiffness * misfit
+            diagonal = own.diagonal()
+            diagonal[self._data] += p.stiffness
+            own.setdiag(diagonal)
         result = p.values.copy()
         result[self.unknown] -= self._systems.solve(own, load)
         result[p.fitted] = p.values[p.fitted]
@@ -269,7 +274,7 @@ def _ahead(
     problem: Problem, points: FloatArray, values: FloatArray, z: FloatArray, image: FloatArray
 ) -> FloatArray:
     """Return where the tangents of a solution meet the guides, (c,); ``z`` and ``image`` (c,) as there."""
-    slope = gradients(points, values, problem.pattern.triangles, problem.cut)
+    slope = problem.slopes.gradients(points, values)
     return tangent_step(z, image, (slope * problem.guides.rates(z)).sum(axis=1))
 
 

@@ -8,9 +8,11 @@ tangent leaves out is that u itself changes with the cut.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from graben.arrays import FloatArray, IntArray, floats
+from graben.arrays import FloatArray, IntArray, floats, ints
 
 #: A horizon nearly as steep as its guide meets it anywhere: the step is then no more than twice, and no less
 #: than half, that of the plain iteration.
@@ -30,41 +32,43 @@ def tangent_step(z: FloatArray, image: FloatArray, slopes: FloatArray) -> FloatA
     return z + (image - z) / (1.0 - np.clip(slopes, _LEAST_SLOPE, _MOST_SLOPE))
 
 
-def gradients(points: FloatArray, values: FloatArray, triangles: IntArray, nodes: IntArray) -> FloatArray:
-    """Return the slope of a piecewise linear function at some nodes: the mean over their triangles by area.
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """The triangles around some nodes, for the slopes of piecewise linear functions there: :meth:`of`."""
 
-    Parameters
-    ----------
-    points : (n, 2) array
-        Positions, model units.
-    values : (n,) array
-        Elevations, model units.
-    triangles : (m, 3) array
-        All alike oriented, none without area.
-    nodes : (c,) array
-        Nodes, each with a triangle.
+    around: IntArray
+    at: IntArray
+    count: int
 
-    Returns
-    -------
-    (c, 2) array, without unit.
-    """
-    place = np.full(len(points), -1)
-    place[nodes] = np.arange(len(nodes))
-    around = triangles[(place[triangles] >= 0).any(axis=1)]
-    first, second = (points[around[:, k]] - points[around[:, 0]] for k in (1, 2))
-    rise, climb = (values[around[:, k]] - values[around[:, 0]] for k in (1, 2))
-    # Twice the area, and twice the area times the slope, of each triangle.
-    shares = np.stack(
-        [
+    @staticmethod
+    def of(triangles: IntArray, nodes: IntArray) -> Slopes:
+        """Prepare for nodes (c,) that have triangles among (m, 3), all alike oriented."""
+        place = np.full(int(triangles.max()) + 1, -1)
+        place[nodes] = np.arange(len(nodes))
+        around = triangles[(place[triangles] >= 0).any(axis=1)]
+        return Slopes(ints(around), ints(place[around]), len(nodes))
+
+    def gradients(self, points: FloatArray, values: FloatArray) -> FloatArray:
+        """Return the gradient at the nodes: the mean over their triangles by area, (c, 2), without unit.
+
+        Parameters
+        ----------
+        points : (n, 2) array
+            Positions, model units; no triangle without area.
+        values : (n,) array
+            Elevations, model units.
+        """
+        first, second = (points[self.around[:, k]] - points[self.around[:, 0]] for k in (1, 2))
+        rise, climb = (values[self.around[:, k]] - values[self.around[:, 0]] for k in (1, 2))
+        # Twice the area times the slope, and twice the area, of each triangle.
+        shares = (
             rise * second[:, 1] - climb * first[:, 1],
             climb * first[:, 0] - rise * second[:, 0],
             first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0],
-        ]
-    )
-    at = place[around]
-    mine = at >= 0
-    sums = [
-        np.bincount(at[mine], np.repeat(share, 3).reshape(at.shape)[mine], minlength=len(nodes))
-        for share in shares
-    ]
-    return floats((sums[:2] / sums[2]).T)
+        )
+        mine = self.at >= 0
+        x, y, area = (
+            np.bincount(self.at[mine], np.repeat(share, 3)[mine.ravel()], minlength=self.count)
+            for share in shares
+        )
+        return floats(np.stack([x / area, y / area], axis=1))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from graben.modeling.tangent import gradients, tangent_step
+from graben.modeling.tangent import Slopes, tangent_step
 from tests.modeling.meshes import irregular
 
 ROUNDING = 1e-12
@@ -19,10 +19,11 @@ def plane(points: np.ndarray) -> np.ndarray:
 def test_the_slope_of_a_plane_is_its_own_at_every_node() -> None:
     points, triangles = irregular(120)
     nodes = np.arange(0, len(points), 3)
-    slopes = gradients(points, plane(points), triangles, nodes)
+    slopes = Slopes.of(triangles, nodes).gradients(points, plane(points))
     assert slopes == pytest.approx(np.tile(SLOPE, (len(nodes), 1)), abs=ROUNDING)
     # Turned over as a whole, as the local frame may have it, nothing changes.
-    assert gradients(points, plane(points), triangles[:, ::-1], nodes) == pytest.approx(slopes, abs=ROUNDING)
+    turned = Slopes.of(triangles[:, ::-1], nodes).gradients(points, plane(points))
+    assert turned == pytest.approx(slopes, abs=ROUNDING)
 
 
 @pytest.mark.parametrize("slope", [-0.9, -0.2, 0.0, 0.3, 0.45])
