@@ -14,15 +14,15 @@ from graben.cleaning.shaping.rim_lengths import resting, rim_needs
 from graben.errors import GrabenError
 from graben.finding import Finding, Status
 from graben.model import Fault, Model
-from graben.surface import Surface
+from graben.surface import Surface, triangle_areas, triangle_dips
 from graben.validators.context import Need
 from graben.validators.measuring.measures import amount
 from graben.validators.measuring.reach import reach_of
 from graben.validators.trace import TOO_SHORT
 
-#: What is added to what is missing, as a share of it and in median edges or steps of the horizons, whichever
-#: is less: the cutoff is foretold by planes, and a strip much thinner than an edge would be made of slivers.
-_SHARE, _EDGES = 0.2, 1.0
+#: What is added to what is missing: a share of it, since planes foretell the cutoff, and so many median edges
+#: of the fault or steps of the horizons, whichever is less: a much thinner strip would be made of slivers.
+_SHARE, _EDGES = 0.2, 0.3
 
 
 def _propose(task: Task) -> Sequence[Change | Refusal]:
@@ -75,11 +75,22 @@ def _for_fault(task: Task, fault: Fault) -> list[Change | Refusal]:
         len(patch.triangles),
         floats(places[worst]),
         f"{fault.name} was extended along its trend by up to {amount(float(wanted.max()), unit)}, since the "
-        f"cutoffs of {', '.join(dict.fromkeys(horizons))} lie up to {amount(greatest, unit)} beyond its rim.",
+        f"cutoffs of {', '.join(dict.fromkeys(horizons))} lie up to {amount(greatest, unit)} beyond its rim; "
+        f"{_effects(surface, whole)}.",
         float(wanted.max()),
         unit,
     )
     return [Change({fault.name: (whole,)}, (step,), MappingProxyType({fault.name: patch}))]
+
+
+def _effects(before: Surface, after: Surface) -> str:
+    """Return what an extension makes of a fault beside being longer: its area, and its least dip if less."""
+    areas = [float(triangle_areas(s.vertices, s.triangles).sum()) for s in (before, after)]
+    said = f"its area grew by {100.0 * (areas[1] / areas[0] - 1.0):.2g} %"
+    least = [float(triangle_dips(s.vertices, s.triangles).min()) for s in (before, after)]
+    if f"{least[1]:.1f}" == f"{least[0]:.1f}" or least[1] > least[0]:
+        return f"{said}, its least dip stayed"
+    return f"{said}, its least dip fell from {least[0]:.1f} to {least[1]:.1f} degrees"
 
 
 def _missing(task: Task, fault: Fault) -> tuple[FloatArray, FloatArray, list[str]]:

@@ -18,6 +18,7 @@ from graben.cleaning.notes import Notes
 from graben.cleaning.registry import REPAIRS
 from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
 from graben.cleaning.shaping.limits import ROUNDING, distances, joined
+from graben.cleaning.side_effects import grown, worsened
 from graben.finding import CheckResult, Finding, Status
 from graben.model import Fault, Model
 from graben.surface import Surface
@@ -223,7 +224,8 @@ class _Work:
     def _helps(self, repair: Repair, change: Change, before: CheckResult, after: CheckResult) -> bool:
         """Return whether the findings that a change answers shrink, and no more checks fail than before.
 
-        Of a surface that no check could look at, more becomes known once they can.
+        Of a surface that no check could look at, more becomes known once they can. What mends warnings alone
+        must not make others worse by more than it mends.
         """
         old = frozenset(change.surfaces)
         new = frozenset(s.name for made in change.surfaces.values() for s in made) | old
@@ -238,7 +240,10 @@ class _Work:
             sum(1 for f in result.findings if _counts(f, names, horizons))
             for result, names in ((before, old), (after, new))
         ]
-        return "finite" in repair.checks or fails[1] <= fails[0]
+        if "finite" not in repair.checks and fails[1] > fails[0]:
+            return False
+        warned = own[0][0] == 0 and own[1][0] == 0
+        return not warned or worsened(repair.checks, new, before, after) <= 0.0
 
     def _in_vain(
         self,
@@ -253,6 +258,7 @@ class _Work:
         known = {(f.check, f.objects): _trouble([f]) for f in _failing(before, names)}
         worse = [f for f in _failing(after, names) if _trouble([f]) > known.get((f.check, f.objects), ())]
         self._give_up(repair, change, {name for f in worse for name in f.objects}, findings)
+        worse = worse or grown(repair.checks, names, before, after)
         said = f" Then: {worse[0].message}" if worse else ""
         together = len(change.surfaces)
         what = f"{repair.id} was tried" + (f" on {together} faults that meet" if together > 2 else "")

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from graben.pipeline import check as check
     from graben.reading import read_model as read_model
     from graben.repairs import repair as repair
+    from graben.reports.saving import write as write
     from graben.surface import Surface as Surface
 
 __version__ = "0.1.0"
@@ -33,6 +34,7 @@ _HOMES = {
     "check": "graben.pipeline",
     "read_model": "graben.reading",
     "repair": "graben.repairs",
+    "write": "graben.reports.saving",
 }
 
 __all__ = [*_HOMES]  # noqa: PLE0604  a literal list would be a second place for the names

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+#: Signs for each node and fault: an eighth of what whole numbers of 64 bits take.
+SignArray = NDArray[np.int8]
 
 
 def floats(values: ArrayLike, *shape: int) -> FloatArray:
@@ -32,6 +34,11 @@ def ints(values: ArrayLike, *shape: int) -> IntArray:
 def bools(values: ArrayLike, *shape: int) -> BoolArray:
     """Return a read-only boolean array, reshaped to ``shape`` where one is given, as :func:`floats` does."""
     return _frozen(values, np.dtype(np.bool_), shape)
+
+
+def signs(values: ArrayLike, *shape: int) -> SignArray:
+    """Return a read-only int8 array, reshaped to ``shape`` where one is given, as :func:`floats` does."""
+    return _frozen(values, np.dtype(np.int8), shape)
 
 
 def _frozen(values: ArrayLike, kind: np.dtype[Any], shape: tuple[int, ...]) -> NDArray[Any]:

@@ -1,86 +1,86 @@
-"""The command line: `graben check`, `repair`, `run`, `demo`, `init`, `info` and `schema`."""
+"""The command line: `graben check`, `repair`, `run`, `view`, `demo`, `init`, `info` and `schema`."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
-import traceback
+import time
 import warnings
-from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
-from types import FrameType
 
 # The same input gives the same bytes only with one thread; to be said before numpy is loaded.
 for _library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
+# Loading resqpy would compile functions that nothing here calls.
+os.environ.setdefault("NUMBA_DISABLE_JIT", "1")
 
 import click  # noqa: E402
 
-from graben.errors import GrabenError, InputError, OutputError  # noqa: E402
+from graben.ending import ended, interrupted  # noqa: E402
+from graben.errors import InputError  # noqa: E402
+from graben.options import Commands, common, into, profile, report_options  # noqa: E402
 from graben.terminal import console, encoded, progress, put  # noqa: E402
 
-_INTERRUPTED = 130
-_STDERR = 2
 
-
-def _common(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options that every command has."""
-    for option in (
-        click.option("--debug", is_flag=True, help="Show the traceback of an error."),
-        click.option("-q", "--quiet", is_flag=True, help="Print errors only."),
-        click.option("-v", "--verbose", is_flag=True, help="Print more."),
-    ):
-        command = option(command)
-    return command
-
-
-@click.group(context_settings={"help_option_names": ["-h", "--help"]}, no_args_is_help=False)
+@click.group(
+    cls=Commands,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    no_args_is_help=False,
+    epilog="-v, -q and --debug may stand before the command or after it.",
+)
 @click.version_option(package_name="graben")
 def app() -> None:
     """Check, repair and model geological faults and horizons."""
 
 
-#: The files that a check can write, by option.
-_REPORTS = {
-    "json": "Findings as JSON; `graben schema` prints its schema.",
-    "junit": "Findings as JUnit XML, for CI.",
-    "sarif": "Findings as SARIF 2.1.0, with the lines of the files.",
-    "html": "Report in one HTML file, with maps.",
-    "geojson": "Places of the findings as GeoJSON, for a GIS.",
-}
-
-
-def _report_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add an option for each file that a check can write."""
-    for name, meaning in reversed(_REPORTS.items()):
-        kind = click.Path(path_type=Path, allow_dash=True)
-        command = click.option(f"--{name}", type=kind, metavar="F", help=meaning)(command)
-    return command
-
-
 @app.command()
 @click.argument("model", type=click.Path(path_type=Path))
-@_report_options
-@click.option("--profile", type=click.Choice(["paper", "extended"]), default="extended", show_default=True)
-@_common
-def check(model: Path, profile: str, verbose: bool, quiet: bool, debug: bool, **reports: Path | None) -> None:
+@report_options
+@profile
+@click.option(
+    "--fail-on",
+    type=click.Choice(["fail", "warn"]),
+    default="fail",
+    show_default=True,
+    help="What ends with 1: a check that fails, or one that warns as well.",
+)
+@common
+@click.pass_obj
+def check(
+    began: float,
+    /,
+    model: Path,
+    profile: str,
+    fail_on: str,
+    verbose: bool,
+    quiet: bool,
+    debug: bool,
+    **reports: Path | None,
+) -> None:
     """Check MODEL, a model.toml, and say what is wrong, where, and what to do; nothing is changed.
 
-    A file F may be - for stdout, which then holds nothing else. A file that is there already is replaced only
-    where graben wrote it as such a report.
+    A file F may be - for stdout, which then holds nothing else. Its folder is made. A file that is there
+    already is replaced only where graben wrote it as such a report.
 
     Exit code 0: no check fails; 1: some check fails; 2: the input cannot be read or the command is wrong.
+    Where the input cannot be read, the files of --json, --junit and --sarif say so as an error, and reports
+    of an earlier check in the places of --html and --geojson are removed. A command that is wrong touches no
+    file.
     """
     from graben.pipeline import examine
     from graben.reading import read_model
+    from graben.reports.check_failed import failing_reports
     from graben.reports.check_files import STDOUT, require_targets, write_reports
     from graben.reports.check_table import check_table
 
     targets = {kind: target for kind, target in reports.items() if target is not None}
     require_targets(targets, model)
-    with progress(quiet) as say:
+    plan = ("read", "check", *(("write",) if targets else ()))
+    with (
+        progress(plan, began, quiet=quiet, verbose=verbose) as say,
+        failing_reports(targets, model, profile),
+    ):
         say("read", str(model))
         read = read_model(model)
         say("check", read.name)
@@ -92,19 +92,19 @@ def check(model: Path, profile: str, verbose: bool, quiet: bool, debug: bool, **
         put(piped, sys.stdout)
     if not quiet and (verbose or not piped):
         stream = sys.stderr if piped else sys.stdout
-        table = check_table(examination, verbose=verbose, console=console(stream))
+        spent = time.perf_counter() - began
+        table = check_table(examination, verbose=verbose, console=console(stream), seconds=spent)
         files = [str(target) for target in targets.values() if target != STDOUT]
         told = f"{table}\nWritten: {', '.join(files)}\n" if files else f"{table}\n"
         put(encoded(told, stream), stream)
-    sys.exit(0 if examination.result.passed else 1)
+    result = examination.result
+    sys.exit(0 if result.passed and not (fail_on == "warn" and result.warned) else 1)
 
 
 @app.command()
 @click.argument("model", type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder to make: absent or empty."
-)
-@click.option("--profile", type=click.Choice(["paper", "extended"]), default="extended", show_default=True)
+@into(required=True)
+@profile
 @click.option("--no-repair", is_flag=True, help="Model the input as it is.")
 @click.option("--resume", is_flag=True, help="Go on from what a run that was broken off left in DIR.partial.")
 @click.option(
@@ -114,8 +114,11 @@ def check(model: Path, profile: str, verbose: bool, quiet: bool, debug: bool, **
     help="Most processes side by side; default all cores.",
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Rebuild horizons on the cluster of a dask scheduler.")
-@_common
+@common
+@click.pass_obj
 def run(
+    began: float,
+    /,
     model: Path,
     output: Path,
     profile: str,
@@ -147,11 +150,13 @@ def run(
     from graben.memory import keep_freed
     from graben.pipeline import build
     from graben.reading import read_model
-    from graben.reports.summary import summary
+    from graben.reports.run_words import run_summary
+    from graben.reports.summary import with_total
     from graben.reports.writing import write_run
 
     keep_freed()
-    with progress(quiet) as say, cluster(scheduler) as executor:
+    plan = ("read", "check", *(() if no_repair else ("repair",)), "model", "write")
+    with progress(plan, began, quiet=quiet, verbose=verbose) as say, cluster(scheduler) as executor:
         say("read", str(model))
         read = read_model(model)
         with partial_folder(output, resume=resume) as folder:
@@ -167,21 +172,24 @@ def run(
             )
             say("write", str(output))
             with written(output):
-                write_run(result, folder)
+                result = write_run(with_total(result, time.perf_counter() - began), folder, say)
     if not quiet:
-        click.echo(summary(result, verbose=verbose))
-        click.echo(f"report: {output / 'report.html'}")
+        told = run_summary(result, verbose=verbose, seconds=time.perf_counter() - began)
+        put(encoded(f"{told}\nreport: {output / 'report.html'}\n", sys.stdout), sys.stdout)
     sys.exit(0 if result.passed else 1)
 
 
 @app.command()
 @click.argument("model", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder to make: absent or empty.")
+@into()
 @click.option("--dry-run", is_flag=True, help="Print the plan and write nothing.")
 @click.option("--blocks", is_flag=True, help="Add the closed fault blocks of the repaired model.")
-@click.option("--profile", type=click.Choice(["paper", "extended"]), default="extended", show_default=True)
-@_common
+@profile
+@common
+@click.pass_obj
 def repair(
+    began: float,
+    /,
     model: Path,
     output: Path | None,
     dry_run: bool,
@@ -205,9 +213,13 @@ def repair(
         raise InputError("Say where to: graben repair MODEL -o DIR; --dry-run writes nothing.")
     if output is not None:
         require_free(output)
-    with progress(quiet) as say:
+    writes = output is not None and not dry_run
+    plan = ("read", "check", "repair", *(("blocks",) if blocks else ()), *(("write",) if writes else ()))
+    with progress(plan, began, quiet=quiet, verbose=verbose) as say:
         say("read", str(model))
-        result = repaired(read_model(model), profile, say)
+        read = read_model(model)
+        say("check", read.name)
+        result = repaired(read, profile, say)
         made, said = None, ""
         if blocks:
             from graben.reports.repair_blocks import blocks_of, blocks_words
@@ -215,32 +227,52 @@ def repair(
             say("blocks", result.model.name)
             made = blocks_of(result.model)
             said = blocks_words(made, result.model)
-        if output is not None and not dry_run:
+        if output is not None and writes:
             from graben.reports.repair_files import write_repair
 
             with whole_folder(output) as folder:
                 say("write", str(output))
-                write_repair(result, folder, made)
+                write_repair(result, folder, made, began=began)
     if not quiet:
-        told = repair_summary(result, verbose=verbose, plan=dry_run, blocks=said)
+        spent = time.perf_counter() - began
+        told = repair_summary(result, verbose=verbose, plan=dry_run, blocks=said, seconds=spent)
         told += "" if output is None or dry_run else f"\nreport: {output / 'report.html'}"
         put(encoded(f"{told}\n", sys.stdout), sys.stdout)
     sys.exit(0 if result.passed else 1)
 
 
 @app.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@common
+def view(folder: Path, verbose: bool, quiet: bool, debug: bool) -> None:
+    """Open the report in DIR, the folder of a run or repair; without a browser its address is told."""
+    from graben.viewing import opened, report_of
+
+    address = report_of(folder).as_uri()
+    shown = opened(address)
+    if not quiet or not shown:
+        click.echo(f"report: {address}" if shown else f"No browser opens here. The report: {address}")
+
+
+@app.command()
 @click.argument("name", required=False)
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder to make: absent or empty.")
+@into()
 @click.option("--list", "listed", is_flag=True, help="Say which models there are.")
-@click.option("--step", type=float, default=100.0, show_default=True, help="Grid step of the horizon, m.")
+@click.option("--step", type=float, help="Grid step of the horizon, m; default 100, a replica's is fixed.")
 @click.option("--noise", type=float, default=0.0, show_default=True, help="Standard deviation of noise, m.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the noise.")
-@_common
+@click.option(
+    "--seed",
+    type=int,
+    default=0,
+    show_default=True,
+    help="Of the noise; of a replica also of places, strikes, dips, throws and relief.",
+)
+@common
 def demo(
     name: str | None,
     output: Path | None,
     listed: bool,
-    step: float,
+    step: float | None,
     noise: float,
     seed: int,
     verbose: bool,
@@ -248,7 +280,7 @@ def demo(
     debug: bool,
 ) -> None:
     """Write the synthetic model NAME with its known answer."""
-    from graben.demo import build, names, write
+    from graben.demo_by_name import build, names, write
     from graben.output import whole_folder
 
     if listed:
@@ -269,7 +301,7 @@ def demo(
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), default="model.toml", show_default=True, help="File."
 )
-@_common
+@common
 def init(files: tuple[Path, ...], output: Path, verbose: bool, quiet: bool, debug: bool) -> None:
     """Write a model.toml that names the surfaces in FILES, with guesses as comments.
 
@@ -286,7 +318,7 @@ def init(files: tuple[Path, ...], output: Path, verbose: bool, quiet: bool, debu
 
 @app.command()
 @click.argument("file", type=click.Path(path_type=Path))
-@_common
+@common
 def info(file: Path, verbose: bool, quiet: bool, debug: bool) -> None:
     """Say what a surface FILE holds."""
     from graben.info import describe
@@ -295,7 +327,7 @@ def info(file: Path, verbose: bool, quiet: bool, debug: bool) -> None:
 
 
 @app.command()
-@_common
+@common
 def schema(verbose: bool, quiet: bool, debug: bool) -> None:
     """Print the JSON Schemas of model.toml, report.json and the JSON of a check."""
     import json
@@ -307,40 +339,14 @@ def schema(verbose: bool, quiet: bool, debug: bool) -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; every error is one sentence on stderr and an exit code."""
+    began = time.perf_counter()
     arguments = sys.argv[1:] if arguments is None else arguments
-    signal.signal(signal.SIGINT, _interrupted)
-    if "--debug" not in arguments:
+    signal.signal(signal.SIGINT, interrupted)
+    debug = "--debug" in arguments
+    if not debug:
         # Those of libraries are for programmers; graben's own stand in its results.
         warnings.simplefilter("ignore")
-    try:
-        sys.exit(app.main(arguments, prog_name="graben", standalone_mode=False) or 0)
-    except click.ClickException as error:
-        _fail(error.format_message(), 2)
-    except (GrabenError, OutputError) as error:
-        _fail(str(error), 2, "--debug" in arguments)
-    except (OSError, MemoryError) as error:
-        _fail(f"{type(error).__name__}: {error}", 2, "--debug" in arguments)
-    except Exception as error:
-        text = f"graben met an error of its own ({type(error).__name__}: {error}); --debug shows where."
-        _fail(text, 2, "--debug" in arguments)
-
-
-def _interrupted(number: int, frame: FrameType | None) -> None:
-    """End at once: an exception raised inside a compiled library could crash instead."""
-    # Only a module that is loaded can have opened a folder; to import it here could meet it half loaded.
-    drop_partial = getattr(sys.modules.get("graben.output"), "drop_partial", None)
-    left = drop_partial is not None and drop_partial()
-    said = b"; --resume goes on from what is finished" if left else b""
-    with suppress(OSError):
-        os.write(_STDERR, b"graben: interrupted" + said + b".\n")
-    os._exit(_INTERRUPTED)
-
-
-def _fail(sentence: str, code: int, show_traceback: bool = False) -> None:
-    if show_traceback:
-        traceback.print_exc()
-    click.echo("graben: " + " ".join(sentence.split()), err=True)
-    sys.exit(code)
+    ended(lambda: app.main(arguments, prog_name="graben", standalone_mode=False, obj=began), debug)
 
 
 if __name__ == "__main__":

@@ -16,13 +16,15 @@ from graben.settings import ModelFile
 _HEAD = """\
 # Written by `graben init`. What follows "guess:" is one: look at each, then run `graben check` on this file.
 """
+#: gamma and max_move that are written where no horizon says what the defaults come to.
+_EXAMPLES = (400.0, 50.0)
 _TAIL = """\
 # [parameters]
-# gamma = 400.0           # half-width of the zone beside a fault; default 4 x the step of the horizon
+{gamma}
 # min_dip = 30.0          # degrees, below which a fault is warned of
 
 # [repair]
-# max_move = 50.0         # no vertex of a fault is moved further; default half the least horizon step
+{move}
 """
 
 
@@ -68,7 +70,24 @@ def draft_text(made: Guesses, folder: Path) -> str:
         parts += [_table("faults", gs, folder) for gs in _together(list(group))]
     if made.left_out:
         parts.append("# Not taken:\n" + "".join(f"# - {_plain(f'{w}: {why}')}\n" for w, why in made.left_out))
-    return "\n".join([*parts, _TAIL])
+    return "\n".join([*parts, _tail(made)])
+
+
+def _tail(made: Guesses) -> str:
+    """Return the commented tables of settings, with what the defaults come to for these horizons."""
+    steps = sorted(g.step for g in made.of("horizon") if g.step)
+    if not steps:
+        gamma_value, move_value = _EXAMPLES
+        known, move = "default 4 x the step of the horizon", "default half the median edge of the fault"
+    else:
+        gamma_value, move_value = 4.0 * steps[0], 0.5 * steps[0]
+        last = f" to {4.0 * steps[-1]:.4g}" if f"{steps[-1]:.4g}" != f"{steps[0]:.4g}" else ""
+        known = f"default 4 steps of the horizon: {gamma_value:.4g}{last} here"
+        move = "default half the least horizon step"
+    return _TAIL.format(
+        gamma=f"# gamma = {gamma_value:<#16.4g}# half-width of the zone beside a fault; {known}",
+        move=f"# max_move = {move_value:<#13.4g}# no vertex of a fault is moved further; {move}",
+    )
 
 
 def _model(made: Guesses, folder: Path) -> str:
@@ -99,9 +118,14 @@ def _table(kind: str, group: list[Guess], folder: Path) -> str:
     if len(group) == 1:
         lines.append(_key("name", first.name))
     lines.append(_key("file", _relative(first.file, folder)))
-    if first.step is not None:
-        lines.append(f"# step = {first.step:<#17.4g}# node spacing of the surface fitted to the points\n")
+    if first.points and first.step is not None:
+        lines.append(
+            f"# step = {first.step:<#17.4g}# default: node spacing of the surface fitted to the points\n"
+        )
         lines.append("# noise = 0.0             # standard deviation of the points\n")
+    if first.role == "horizon" and first.step:
+        what = "its step" if first.points else f"its own step, {first.step:.4g}"
+        lines.append(f"# zone: gamma is {4.0 * first.step:.4g} by default, 4 x {what}\n")
     return "".join(lines)
 
 

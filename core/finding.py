@@ -10,10 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graben.arrays import FloatArray, IntArray, floats, ints
+from graben.notebook import html_table
 
 if TYPE_CHECKING:
     import pandas
     import pyvista
+
+#: So many parts of a finding are shown in a notebook.
+_MOST_PARTS = 20
 
 
 class Status(StrEnum):
@@ -30,6 +34,10 @@ class Profile(StrEnum):
 
     PAPER = "paper"
     EXTENDED = "extended"
+
+    @classmethod
+    def _missing_(cls, value: object) -> Profile:
+        raise ValueError(f"There is no profile {value!r}: it is {' or '.join(repr(str(p)) for p in cls)}.")
 
 
 class Element(StrEnum):
@@ -146,6 +154,22 @@ class Finding:
             parts=tuple(part.moved(offset) for part in self.parts),
         )
 
+    def __repr__(self) -> str:
+        about = f" {', '.join(self.objects)}" if self.objects else ""
+        return f"Finding: {self.status} {self.check}{about}: {self.message}"
+
+    def _repr_html_(self) -> str:
+        worst = "" if self.worst is None else f"{self.worst.value:.4g} {self.worst.unit}".rstrip()
+        rows = [
+            ("objects", ", ".join(self.objects)),
+            ("count", self.count),
+            ("worst", worst),
+            ("message", self.message),
+            ("remedy", self.remedy),
+            *((part.kind, f"{part.count}, at {part.place}") for part in self.parts[:_MOST_PARTS]),
+        ]
+        return html_table((f"{self.status}: {self.check}", ""), rows)
+
     def as_dict(self, z_factor: float = 1.0) -> dict[str, Any]:
         """Return the finding for JSON; ``z_factor`` -1 turns elevations into depths."""
         worst = None
@@ -189,6 +213,11 @@ class CheckResult:
     def passed(self) -> bool:
         """Whether no finding fails; warnings and skipped checks never fail."""
         return all(f.status is not Status.FAIL for f in self.findings)
+
+    @property
+    def warned(self) -> bool:
+        """Whether some finding warns."""
+        return any(f.status is Status.WARN for f in self.findings)
 
     def of(self, check: str) -> tuple[Finding, ...]:
         """Return the findings of the check with this id."""

@@ -22,7 +22,8 @@ from graben.formats.sticks import read_sticks
 from graben.formats.tsurf import Sign, TSurf
 from graben.info import surface_info
 from graben.model import UNDEFINED
-from graben.reading import points_step
+from graben.nulls import null_marks
+from graben.reading import points_step, triangulated_step
 
 Role = Literal["horizon", "fault"]
 
@@ -54,7 +55,9 @@ class Guess:
     extent : (float, float) or None
         Least and greatest z: elevations where ``z`` is stated, else as they stand.
     step : float or None
-        The default step of points, model units.
+        Of a horizon: the step that points get by default, or that of the grid or surface; model units.
+    points : bool
+        Whether it is points, which may be given another step.
     """
 
     role: Role
@@ -66,6 +69,7 @@ class Guess:
     count: int = 1
     named: bool = True
     step: float | None = None
+    points: bool = False
 
 
 @dataclass(frozen=True)
@@ -113,7 +117,7 @@ def guesses(paths: Sequence[Path], *, beside: Path | None = None) -> Guesses:
         raise InputError(
             f"no file holds a surface{what}; give grids, points, triangulated surfaces or sticks."
         )
-    return Guesses(tuple(found), tuple(left), *_sign(found))
+    return Guesses(tuple(_odd_told(found)), tuple(left), *_sign(found))
 
 
 def _files(paths: Sequence[Path], beside: Path | None) -> Iterator[tuple[Path, bool]]:
@@ -146,7 +150,7 @@ def _surfaces(path: Path) -> list[Guess]:
     if kind in GRIDS:
         grid, values = read_grid(path, kind)
         reason = f"a regular grid of {grid.columns} x {grid.rows} nodes"
-        return [Guess("horizon", path.stem, path, reason, None, _range(values.ravel()))]
+        return [Guess("horizon", path.stem, path, reason, None, _range(values.ravel()), step=grid.step)]
     if kind is Kind.TABLE:
         return [_of_table(path)]
     return [_of_sticks(path, "lines of 999 end its sticks")]
@@ -155,7 +159,8 @@ def _surfaces(path: Path) -> list[Guess]:
 def _of_surface(item: TSurf, path: Path, kind: Kind) -> Guess:
     role, reason = _role(item, kind)
     extent = _range(item.surface.vertices[:, 2])
-    return Guess(role, item.surface.name, path, reason, item.z, extent, named=item.named)
+    step = triangulated_step(item.surface) if role == "horizon" else None
+    return Guess(role, item.surface.name, path, reason, item.z, extent, named=item.named, step=step)
 
 
 def _role(item: TSurf, kind: Kind) -> tuple[Role, str]:
@@ -186,13 +191,18 @@ def _of_table(path: Path) -> Guess:
     # An attribute of points, such as an amplitude, has a value of its own at nearly every point.
     if len(counts) > 1 and min(counts) > 1:
         return _of_sticks(path, "numbers that points have in common tell its sticks")
+    marks = null_marks(points[:, 2])
+    nulls = ""
+    if marks.any():
+        nulls = f", {np.count_nonzero(marks)} of them with z = {points[marks, 2][0]:g}, a likely null value"
+    told, points = len(points), points[~marks]
     step = points_step(floats(points[(np.abs(points) < UNDEFINED).all(axis=1)]))
     if step == 0.0:
         raise InputError(
             f"{path} holds fewer than three points, or all in one line in plan; give more points."
         )
-    reason = f"{len(points)} points without anything that makes them sticks"
-    return Guess("horizon", path.stem, path, reason, None, _range(points[:, 2]), step=step)
+    reason = f"{told} points without anything that makes them sticks{nulls}"
+    return Guess("horizon", path.stem, path, reason, None, _range(points[:, 2]), step=step, points=True)
 
 
 def _of_sticks(path: Path, how: str) -> Guess:
@@ -226,6 +236,32 @@ def _told_apart(found: list[Guess], left: list[tuple[str, str]]) -> list[Guess]:
         taken.add(name)
         result.append(replace(guess, name=name))
     return result
+
+
+def _odd_told(found: list[Guess]) -> list[Guess]:
+    """Return the surfaces, with a word for those whose z has another sign than most that state none."""
+    silent = [g for g in found if g.z is None and g.extent is not None]
+    signs = Counter(_side(g.extent) for g in silent)
+    most = 1 if signs[1] > signs[-1] else -1
+    if not signs[most] > signs[-most] > 0:
+        return found
+    return [
+        replace(
+            g,
+            reason=f"{g.reason}. Look: its z runs from {g.extent[0]:g} to {g.extent[1]:g}, of the other sign "
+            "than in the other files; turn it, or its horizon lies on the other side of zero",
+        )
+        if g.z is None and g.extent is not None and _side(g.extent) == -most
+        else g
+        for g in found
+    ]
+
+
+def _side(extent: tuple[float, float] | None) -> int:
+    """Return the sign of a range of z; 0 where it has both."""
+    if extent is None or extent[0] < 0 < extent[1]:
+        return 0
+    return 1 if extent[0] + extent[1] > 0 else -1
 
 
 def _sign(found: list[Guess]) -> tuple[Sign, str]:

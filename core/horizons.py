@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Callable, Iterator, MutableMapping
 from concurrent.futures import BrokenExecutor, Executor, as_completed
 from dataclasses import fields, replace
 from typing import Any
 
 from graben.complexes import Complex
+from graben.counting import Counted
 from graben.errors import GrabenError, ModelingError
 from graben.keeping import NotKeptError, from_bytes, to_bytes
 from graben.model import Model
+from graben.modeling.algebra import Backend, Cholmod
 from graben.modeling.building import rebuilt
 from graben.modeling.preparation import CutHorizon
 from graben.modeling.results import HorizonResult
 from graben.modeling.scoring import score
 from graben.repairs import Look
-from graben.stages import Progress
+from graben.stages import Progress, Work
+from graben.words import plural
 
 #: Work that is done, as bytes by what it is.
 Kept = MutableMapping[str, bytes]
@@ -111,13 +114,30 @@ def _ended(
                 kept[keys[name]] = content
             yield name, _unpacked(content, ready[name])
         return
-    for name, given in todo.items():
-        say("model", name)
-        ended = _rebuilt(lean, given, network, workers)
+    for name, telling in _told(todo, say):
+        ended = _rebuilt(lean, todo[name], network, workers, Counted(Cholmod(), telling))
         # After the only horizon of a run nothing is left to break off but the writing.
         if kept is not None and len(ready) > 1:
             kept[keys[name]] = _packed(ended)
         yield name, ended
+
+
+def _told(todo: dict[str, CutHorizon], say: Progress) -> Iterator[tuple[str, Callable[[int], None]]]:
+    """Yield each horizon as its turn comes, with what tells how many systems were solved for it.
+
+    The share that is done goes by the nodes that are looked for.
+    """
+    sizes = {name: int(given.unknown.sum()) for name, given in todo.items()}
+    whole, done = max(sum(sizes.values()), 1), 0
+    for number, name in enumerate(todo, start=1):
+        what = f"{name}, horizon {number} of {len(todo)}, {plural(sizes[name], 'unknown')}"
+        say("model", Work(what, done / whole))
+
+        def telling(count: int, what: str = what, share: float = done / whole) -> None:
+            say("model", Work(f"{what}, solve {count}", share, passing=True))
+
+        yield name, telling
+        done += sizes[name]
 
 
 def _elsewhere(
@@ -125,7 +145,7 @@ def _elsewhere(
 ) -> Iterator[tuple[str, bytes]]:
     """Yield horizons rebuilt side by side, packed, in the order in which they end."""
     futures = {executor.submit(_rebuilt_bytes, local, given, network): n for n, given in todo.items()}
-    say("model", f"{len(todo)} horizons")
+    say("model", f"{plural(len(todo), 'horizon')} side by side")
     for count, future in enumerate(as_completed(futures), start=1):
         try:
             content = future.result()
@@ -134,13 +154,19 @@ def _elsewhere(
                 f"A worker ended before horizon {futures[future]!r} did ({error}), as happens for want of "
                 "memory: give it more."
             ) from error
-        say("model", f"{len(todo)} horizons, {count} done")
+        say("model", Work(f"{count} of {len(todo)} horizons done", count / len(todo)))
         yield futures[future], content
 
 
-def _rebuilt(local: Model, given: CutHorizon, network: Complex, workers: int | None) -> HorizonResult | str:
+def _rebuilt(
+    local: Model,
+    given: CutHorizon,
+    network: Complex,
+    workers: int | None,
+    backend: Backend | None = None,
+) -> HorizonResult | str:
     try:
-        return rebuilt(local, given, network, workers=workers)
+        return rebuilt(local, given, network, backend=backend, workers=workers)
     except ModelingError as error:
         return str(error)
 

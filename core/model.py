@@ -14,6 +14,7 @@ import numpy as np
 from graben.arrays import FloatArray, floats
 from graben.settings import ContactRule, Parameters, RepairSettings
 from graben.surface import Surface
+from graben.words import plural
 
 if TYPE_CHECKING:
     import pyvista
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 #: Coordinates of this size stand for "undefined" in grid formats (1e30, 1e33).
 UNDEFINED = 1e20
+#: What notes of a horizon call points whose coordinates are no numbers or stand for undefined.
+UNFIT = "points are no places"
 
 
 @dataclass(frozen=True)
@@ -223,9 +226,8 @@ class Model:
         return floats(np.round((low + high) / 2.0))
 
     def __repr__(self) -> str:
-        return (
-            f"Model {self.name!r}: {len(self.horizons)} horizons, {len(self.faults)} faults, unit {self.unit}"
-        )
+        sizes = f"{plural(len(self.horizons), 'horizon')}, {plural(len(self.faults), 'fault')}"
+        return f"Model {self.name!r}: {sizes}, unit {self.unit}"
 
     def _repr_html_(self) -> str:
         from html import escape

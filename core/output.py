@@ -136,28 +136,30 @@ def _locked(partial: Path) -> Iterator[None]:
         yield
 
 
-def drop_partial() -> bool:
-    """Remove what this process has not finished, for a process that ends at once.
-
-    Returns
-    -------
-    bool
-        Whether finished work is left for a resume.
-    """
-    left = [_dropped(partial) for partial in _open]
-    return any(left)
+def is_kept(target: Path) -> bool:
+    """Return whether the partial folder of ``target`` holds finished work for a resume."""
+    return _holds_work(partial_of(target))
 
 
-def _dropped(partial: Path) -> bool:
-    """Remove a partial folder or file, if it is there; return whether it is left for its finished work."""
-    if any((partial / KEPT).glob(f"*{KEPT_ENDING}")):
-        return True
+def drop_partial() -> None:
+    """Remove what this process has not finished, but what a resume needs; for a process that ends at once."""
+    for partial in _open:
+        _dropped(partial)
+
+
+def _holds_work(partial: Path) -> bool:
+    return any((partial / KEPT).glob(f"*{KEPT_ENDING}"))
+
+
+def _dropped(partial: Path) -> None:
+    """Remove a partial folder or file, if it is there and holds no finished work."""
+    if _holds_work(partial):
+        return
     if partial.is_dir():
         shutil.rmtree(partial, ignore_errors=True)
     else:
         with suppress(OSError):
             partial.unlink()
-    return False
 
 
 def _made_parents(target: Path) -> None:
@@ -186,7 +188,7 @@ def require_free(target: Path) -> None:
         raise OutputError(f"{above} may not be written to: choose another -o.")
 
 
-def require_replaceable(target: Path, ours: Callable[[bytes], bool]) -> None:
+def require_replaceable(target: Path, ours: Callable[[bytes], bool], *, parents: bool = False) -> None:
     """Raise OutputError unless ``target`` can be written without a loss to the user.
 
     Parameters
@@ -195,11 +197,14 @@ def require_replaceable(target: Path, ours: Callable[[bytes], bool]) -> None:
         A file that is absent, in a folder that is there and may be written to; or one that ``ours`` knows.
     ours : callable
         Says of the content of a file whether graben wrote it as such a report, so that it may be replaced.
+    parents : bool
+        Whether its folder may be missing, and would be made.
     """
     folder = target.absolute().parent
-    if not folder.is_dir():
-        kind = "is a file" if folder.exists() else "does not exist"
-        raise OutputError(f"{target} cannot be written: its folder {folder} {kind}; choose another place.")
+    above = next(p for p in (folder, *folder.parents) if p.exists()) if parents else folder
+    if not above.is_dir():
+        kind = "is a file" if above.exists() else "does not exist"
+        raise OutputError(f"{target} cannot be written: its folder {above} {kind}; choose another place.")
     try:
         mode = target.lstat().st_mode
     except FileNotFoundError:
@@ -208,10 +213,8 @@ def require_replaceable(target: Path, ours: Callable[[bytes], bool]) -> None:
         raise OutputError(f"{target} cannot be written: {error.strerror}; choose another name.") from error
     if mode is not None:
         _require_ours(target, mode, ours)
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise OutputError(
-            f"{target} cannot be written: {folder} may not be written to; choose another place."
-        )
+    if not os.access(above, os.W_OK | os.X_OK):
+        raise OutputError(f"{target} cannot be written: {above} may not be written to; choose another place.")
 
 
 def _require_ours(target: Path, mode: int, ours: Callable[[bytes], bool]) -> None:
@@ -235,7 +238,7 @@ def _require_ours(target: Path, mode: int, ours: Callable[[bytes], bool]) -> Non
 def write_whole(contents: Mapping[Path, bytes]) -> None:
     """Write files, replacing those of the same names; each appears whole, and on an error none does.
 
-    Each is written beside its place under another name first.
+    Each is written beside its place under another name first. Folders are made where they are missing.
 
     Raises
     ------
@@ -248,6 +251,7 @@ def write_whole(contents: Mapping[Path, bytes]) -> None:
     try:
         for target, partial in partials.items():
             with written(target, "choose another place"):
+                target.parent.mkdir(parents=True, exist_ok=True)
                 partial.write_bytes(contents[target])
         for target, partial in partials.items():
             with written(target, "choose another place"):

@@ -6,6 +6,7 @@ import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from os import PathLike
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +15,15 @@ from graben.arrays import FloatArray
 from graben.cleaning.ledger import Left, RepairAction
 from graben.cutgraph import CutGraph
 from graben.finding import CheckResult, Profile
+from graben.formats.vtk_fields import add_text
+from graben.given import given
 from graben.horizons import Kept, modeled
 from graben.keeping import NotKeptError, from_bytes, to_bytes
 from graben.model import Model
 from graben.modeling.crossing import crossings
 from graben.modeling.quality import quality
-from graben.modeling.results import HorizonResult
+from graben.modeling.results import HorizonResult, Subdomain
+from graben.notebook import html_table
 from graben.repairs import Look, mended
 from graben.stages import Progress, Stages, examined, peak_memory_mb, quiet
 from graben.validators.runner import run_checks, shifted
@@ -83,9 +87,13 @@ class RunResult:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        from html import escape
-
-        return f"<pre>{escape(repr(self))}</pre>{self.after._repr_html_()}"
+        rows: list[tuple[object, ...]] = [
+            (h.name, ", ".join(h.graph_faults), h.largest_throw, _types(h.subdomains)) for h in self.horizons
+        ]
+        rows += [(name, "", "", f"not modeled: {why}") for name, why in self.not_modeled.items()]
+        title = f"Run of {self.model.name!r}: {'passed' if self.passed else 'not passed'}"
+        columns = ("horizon", "faults", "largest throw", "ended")
+        return html_table(columns, rows, title) + self.after._repr_html_()
 
     def cutoffs(self) -> pandas.DataFrame:
         """Return all cutoffs: see :func:`graben.tables.cutoffs_table`."""
@@ -104,12 +112,21 @@ class RunResult:
         return tables.misfit_table(self)
 
     def to_pyvista(self) -> pyvista.MultiBlock:
-        """Return horizons and faults as a named ``pyvista.MultiBlock``."""
+        """Return horizons and faults as a ``pyvista.MultiBlock`` by their names.
+
+        Horizons have the point arrays of :meth:`HorizonResult.to_pyvista`. The field arrays ``kind`` (horizon
+        or fault) and ``name`` say of each block what it is.
+        """
         import pyvista
 
-        blocks = {h.name: h.to_pyvista() for h in self.horizons}
-        blocks.update({f.name: f.surface.to_pyvista() for f in self.repaired.faults})
-        return pyvista.MultiBlock(blocks)
+        blocks = pyvista.MultiBlock()
+        named = [("horizon", h.name, h.to_pyvista()) for h in self.horizons]
+        named += [("fault", f.name, f.surface.to_pyvista()) for f in self.repaired.faults]
+        for kind, name, block in named:
+            add_text(block, "kind", kind)
+            add_text(block, "name", name)
+            blocks.append(block, name)
+        return blocks
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +154,12 @@ class Examination:
     peak_memory_mb: float
 
 
+def _types(subdomains: Sequence[Subdomain]) -> str:
+    """Return how many subdomains ended in each way, such as "3 converged (type 0)"."""
+    ended = [f"{s.termination.name} (type {int(s.termination.type)})" for s in subdomains]
+    return ", ".join(f"{ended.count(words)} {words}" for words in dict.fromkeys(ended))
+
+
 def examine(
     model: Model, profile: Profile | str = Profile.EXTENDED, progress: Progress | None = None
 ) -> Examination:
@@ -147,21 +170,22 @@ def examine(
     return Examination(model, result, MappingProxyType(graphs), time.perf_counter() - begin, peak_memory_mb())
 
 
-def check(model: Model, profile: Profile | str = Profile.EXTENDED) -> CheckResult:
+def check(model: Model | str | PathLike[str], profile: Profile | str = Profile.EXTENDED) -> CheckResult:
     """Return the findings of every check that can run; the model is not changed.
 
     Parameters
     ----------
-    model : Model
-        From :func:`graben.read_model` or made in Python.
+    model : Model, str or path
+        From :func:`graben.read_model` or made in Python; or the path of a model.toml.
     profile : Profile or str
         "paper" or "extended".
     """
-    return examined(model, Profile(profile), quiet)[0]
+    profile = Profile(profile)
+    return examined(given(model), profile, quiet)[0]
 
 
 def build(
-    model: Model,
+    model: Model | str | PathLike[str],
     profile: Profile | str = Profile.EXTENDED,
     *,
     mend: bool = True,
@@ -176,8 +200,8 @@ def build(
 
     Parameters
     ----------
-    model : Model
-        The model.
+    model : Model, str or path
+        The model, or the path of its model.toml.
     profile : Profile or str
         "paper" or "extended".
     mend : bool
@@ -197,6 +221,7 @@ def build(
     """
     begin = time.perf_counter()
     profile, say = Profile(profile), progress or quiet
+    model = given(model)
     say("check", model.name)
     gate = _gate(model, profile, mend, say, kept)
     look = gate.look

@@ -151,7 +151,7 @@ def boxes_over(low: FloatArray, high: FloatArray, other_low: FloatArray, other_h
     Parameters
     ----------
     low, high : (n, 2 or 3) arrays
-        Least and greatest corners.
+        Least and greatest corners; of points the same array twice.
     other_low, other_high : (k, 2 or 3) arrays
         Those of the others.
 
@@ -177,9 +177,12 @@ def boxes_over(low: FloatArray, high: FloatArray, other_low: FloatArray, other_h
     for u, v, sign in ((i, j, 1), (i_end + 1, j, -1), (i, j_end + 1, -1), (i_end + 1, j_end + 1, 1)):
         change += sign * np.bincount(u * size + v, minlength=size * size).reshape(size, size)
     covered = change.cumsum(axis=0).cumsum(axis=1) > 0
+    beyond = (high[:, 0] < start[0]) | (high[:, 1] < start[1]) | (low[:, 0] > end[0]) | (low[:, 1] > end[1])
+    if low is high:
+        i, j = (np.maximum(p, 0) for p in places(low))
+        return np.asarray(covered[i, j] & ~beyond, dtype=bool)
     total = np.zeros((size + 1, size + 1), dtype=np.int64)
     total[1:, 1:] = covered.cumsum(axis=0).cumsum(axis=1)
-    beyond = ((high[:, :2] < start) | (low[:, :2] > end)).any(axis=1)
     i, j, i_end, j_end = (np.maximum(p, 0) for corners in (low, high) for p in places(corners))
     within = total[i_end + 1, j_end + 1] - total[i, j_end + 1] - total[i_end + 1, j] + total[i, j]
     return np.asarray((within > 0) & ~beyond, dtype=bool)

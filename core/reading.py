@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from graben.arrays import FloatArray, bools, floats, ints
+from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats, ints
 from graben.cleaning.registry import known_repairs
 from graben.errors import InputError, ModelingError
 from graben.formats.grids import read_grid
@@ -23,7 +23,8 @@ from graben.formats.points import read_table
 from graben.formats.stick_surface import sticks_surface
 from graben.formats.sticks import read_sticks
 from graben.formats.tsurf import Sign, TSurf, mirrored
-from graben.model import Fault, GridGeometry, Horizon, Model
+from graben.model import UNFIT, Fault, GridGeometry, Horizon, Model
+from graben.nulls import null_marks
 from graben.settings import FaultSection, HorizonSection, ModelFile
 from graben.surface import Surface, triangle_areas
 from graben.validators.finite import usable
@@ -150,24 +151,35 @@ def _horizon(section: HorizonSection, path: Path, z: Sign) -> Horizon:
         return Horizon(section.name, _named(surface, section.name), step, grid, noise=section.noise)
     if kind is Kind.TABLE:
         return _horizon_of_points(section, file, z)
+    if section.step is not None:
+        raise InputError(
+            f"{path}: step = {section.step:g} of horizon {section.name!r} is for points, but {file} is a "
+            "grid and keeps its own; take the key step out."
+        )
     return _horizon_of_grid(section, file, kind, z)
 
 
 def _horizon_of_grid(section: HorizonSection, file: Path, kind: Kind, z: Sign) -> Horizon:
     grid, values = read_grid(file, kind)
+    marks = null_marks(values)
+    mark = f"{np.count_nonzero(marks)} grid nodes of {values[marks][0]:g}" if marks.any() else ""
+    values = floats(np.where(marks, np.nan, values))
     surface = grid_surface(section.name, grid, values if z == "elevation" else floats(-values))
     surface = replace(surface, file=file)
     if len(surface.triangles) == 0:
         raise InputError(f"{file} has no cell with three defined nodes; export the grid again.")
     undefined = values.size - len(surface.vertices)
     notes = [f"{undefined} of {values.size} grid nodes are undefined."] if undefined else []
-    if section.step is not None and section.step != grid.step:
-        notes.append(f"A grid keeps its own step, {grid.step:g}; the key step is for points.")
+    if mark:
+        notes.append(f"{mark} are taken as undefined: likely a null value of the program that wrote them.")
     return Horizon(section.name, surface, grid.step, grid, noise=section.noise, notes=tuple(notes))
 
 
 def _horizon_of_points(section: HorizonSection, file: Path, z: Sign) -> Horizon:
     table, lines = read_table(file, ("x", "y", "z"))
+    marks = null_marks(table[:, 2])
+    first_mark = float(table[marks, 2][0]) if marks.any() else None
+    table = floats(np.column_stack([table[:, :2], np.where(marks, np.nan, table[:, 2])]))
     picks = table if z == "elevation" else mirrored(table)
     finite = usable(picks).all(axis=1)
     default = points_step(floats(picks[finite]))
@@ -187,7 +199,7 @@ def _horizon_of_points(section: HorizonSection, file: Path, z: Sign) -> Horizon:
     smoothing = 0.0
     if not finite.all():
         surface = _unfit_surface(section.name, picks)
-        note = f"{np.count_nonzero(~finite)} points are no places, the first in line {lines[~finite][0]}."
+        note = _unfit_note(file, lines, bools(finite), first_mark)
     else:
         from graben.modeling.fitting import fit_points
 
@@ -201,6 +213,14 @@ def _horizon_of_points(section: HorizonSection, file: Path, z: Sign) -> Horizon:
     return Horizon(
         section.name, surface, step, grid, picks, section.noise, smoothing, (note,) if note else ()
     )
+
+
+def _unfit_note(file: Path, lines: IntArray, finite: BoolArray, mark: float | None) -> str:
+    """Return which points are no places, and which number is likely a mark for undefined."""
+    said = f"{file.name}: {np.count_nonzero(~finite)} {UNFIT}, the first in line {lines[~finite][0]}"
+    if mark is None:
+        return f"{said}."
+    return f"{said}; z = {mark:g} is likely a null value of the program that wrote it: take these lines out."
 
 
 def _unfit_surface(name: str, picks: FloatArray) -> Surface:
@@ -278,6 +298,10 @@ def _located(path: Path, file: str, what: str, folder: bool = False) -> Path:
                 "give its absolute path."
             )
         found = path.parent / inside
+    if not os.path.lexists(found) and "\\" in file:
+        raise InputError(
+            f"{path}: the file of {what}, {file}, does not exist; where backslashes part folders, write /."
+        )
     if not os.path.lexists(found):
         raise InputError(f"{path}: the file of {what}, {found}, does not exist; correct the path.")
     if folder and not found.is_dir():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
+from os import PathLike
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -14,11 +15,13 @@ from graben.cleaning.planner import repaired
 from graben.cleaning.registry import answered_checks
 from graben.cleaning.restoring import restored
 from graben.finding import CheckResult, Profile
+from graben.given import given
 from graben.model import Model
 from graben.stages import Progress, Stages, peak_memory_mb, quiet
 from graben.validators.context import Evidence, Need
 from graben.validators.measuring.contacts import KnownContacts
 from graben.validators.runner import run_checks, shifted
+from graben.words import plural
 
 if TYPE_CHECKING:
     import pyvista
@@ -62,7 +65,8 @@ class RepairResult:
         return self.after.passed
 
     def __repr__(self) -> str:
-        lines = [f"Repair: {len(self.actions)} actions, {'passed' if self.passed else 'not passed'} after"]
+        verdict = "passed" if self.passed else "not passed"
+        lines = [f"Repair: {plural(len(self.actions), 'action')}, {verdict} after"]
         lines += [f"  {a.action:<8} {', '.join(a.objects)}: {a.reason} ({a.count})" for a in self.actions]
         lines += [f"  left: {note.check} {', '.join(note.objects)}: {note.reason}" for note in self.left]
         return "\n".join(lines)
@@ -109,7 +113,9 @@ class Look:
 
 
 def repair(
-    model: Model, profile: Profile | str = Profile.EXTENDED, progress: Progress | None = None
+    model: Model | str | PathLike[str],
+    profile: Profile | str = Profile.EXTENDED,
+    progress: Progress | None = None,
 ) -> RepairResult:
     """Return the model with what fails under the profile repaired, and the ledger of every change.
 
@@ -118,14 +124,15 @@ def repair(
 
     Parameters
     ----------
-    model : Model
-        The model; it is not changed.
+    model : Model, str or path
+        The model, or its model.toml; it is not changed.
     profile : Profile or str
         "paper" or "extended".
     progress : callable, optional
         Called with the stage and what it works on.
     """
-    return mended(model, Profile(profile), progress or quiet)[0]
+    profile = Profile(profile)
+    return mended(given(model), profile, progress or quiet)[0]
 
 
 def mended(model: Model, profile: Profile, progress: Progress) -> tuple[RepairResult, Look]:

@@ -75,13 +75,13 @@ def _check() -> dict[str, Any]:
             "passed": _FLAG,
             "findings": _list(finding),
         },
-        {"model": _TEXT},
+        {"model": _TEXT, "error": _TEXT},
     )
 
 
 def _report() -> dict[str, Any]:
     """Return the schema of report.json; what only a run, or only a repair, knows is optional."""
-    stages = ["check", "repair", "triangulate", "solve", "move", "deform", "write", "per_iteration"]
+    stages = ["read", "check", "repair", "triangulate", "solve", "move", "deform", "write", "per_iteration"]
     body = _object(
         {
             "schema": {"const": 1},
@@ -99,6 +99,7 @@ def _report() -> dict[str, Any]:
             "horizons": _list(_horizon()),
             "timings": _object({"total": _NUMBER}, dict.fromkeys(stages, _NUMBER)),
             "peak_memory_mb": _NUMBER,
+            "version": _TEXT,
         },
     )
     return {"$schema": _DRAFT, "title": "graben report.json", **body, "$defs": {"check": _check()}}

@@ -21,9 +21,33 @@ from graben.modeling.tracing import cut_graph
 from graben.refinement import refined
 from graben.validators.context import Anchoring, Evidence
 from graben.validators.runner import run_checks, shifted
+from graben.words import plural
 
 #: Called with a stage and what it works on, for a progress display.
 Progress = Callable[[str, str], None]
+
+
+class Work(str):
+    """What a stage works on, with how far the stage is.
+
+    Parameters
+    ----------
+    text : str
+        What.
+    share : float or None
+        The share of the stage's work that is done, 0 to 1; None where it is not known.
+    passing : bool
+        Whether it is only for a display that shows the latest, not for a list of what was done.
+    """
+
+    share: float | None
+    passing: bool
+
+    def __new__(cls, text: str, share: float | None = None, *, passing: bool = False) -> Work:
+        """Return the text with what else is known."""
+        made = super().__new__(cls, text)
+        made.share, made.passing = share, passing
+        return made
 
 
 class Stages:
@@ -39,7 +63,7 @@ class Stages:
     def complex(self, model: Model) -> Complex:
         """Return the common refinement of the faults."""
         start = time.perf_counter()
-        self._progress("intersect", f"{len(model.faults)} faults")
+        self._progress("intersect", plural(len(model.faults), "fault"))
         network = refined([f.surface for f in model.faults])
         self.seconds += time.perf_counter() - start
         return network

@@ -6,11 +6,14 @@ and closes on itself, and a zone of gamma around it misses one of the lips. Any 
 as a first trace; the best is its middle, from which both lips have an equal way to go. There f = u - w, the
 height of the horizon above the fault, is replaced by the harmonic function with the values of f around the
 gap: it grows from one side to the other and has neither peaks nor hollows, so its zero is one line, half way.
+The same serves a step that a grid draws over a cell or two: there the horizon falls faster than the fault,
+crosses it three times or as chance has it, and its gap lies around the step.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.modeling.algebra import Backend, Cholmod
@@ -69,10 +72,11 @@ def _calm(z: FloatArray, horizon: Surface, fault: Surface, backend: Backend) -> 
     if len(rows) == 0:
         return
     faces = triangles[rows]
-    between = _slopes(plan, faces, above)
-    of_fault = _slopes(plan, faces, z - above)
-    gap = between < _GAP * of_fault
-    band = rows[gap][_of_traces(faces[gap], above, (between < ALONG * of_fault)[gap])]
+    between = _share(plan, faces, above, z - above)
+    gap = between < _GAP
+    band = rows[gap][_of_traces(faces[gap], above, (between < ALONG)[gap])]
+    held = np.isin(rows, band)
+    band = rows[_around_steps(plan, faces, above, z - above, held, held & (between < 0))]
     for _ in range(_RINGS):
         band = rows[np.isin(faces, triangles[band]).any(axis=1)]
     loose = np.zeros(len(z), dtype=bool)
@@ -106,13 +110,58 @@ def _sides(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, Float
 
 def _slopes(plan: FloatArray, triangles: IntArray, values: FloatArray) -> FloatArray:
     """Return the length of the gradient of a function given at the nodes on each triangle, (m,)."""
+    return np.asarray(np.hypot(*_gradients(plan, triangles, values)), dtype=np.float64)
+
+
+def _gradients(plan: FloatArray, triangles: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return both parts of the gradient of a function given at the nodes on each triangle, (m,) each."""
     (x1, y1), (x2, y2) = (side.T for side in _sides(plan, triangles))
     a, b, c = (values[triangles[:, k]] for k in range(3))
     det = x1 * y2 - x2 * y1
     det = np.where(det == 0, np.finfo(float).tiny, det)
-    return np.asarray(
-        np.hypot((b - a) * y2 - (c - a) * y1, (c - a) * x1 - (b - a) * x2) / np.abs(det), dtype=np.float64
-    )
+    return ((b - a) * y2 - (c - a) * y1) / det, ((c - a) * x1 - (b - a) * x2) / det
+
+
+def _share(plan: FloatArray, triangles: IntArray, above: FloatArray, fault: FloatArray) -> FloatArray:
+    """Return how fast a horizon rises above a fault against its dip, as a share of the fault's slope, (m,).
+
+    1 where the horizon is level, 0 where it runs along the fault, negative where it is steeper, as in a step
+    that a grid draws over one cell. A horizon that is steeper over more than half of the area crosses the
+    fault the other way, and is no step: there the share is that of the slopes alone.
+    """
+    (f_x, f_y), (w_x, w_y) = (_gradients(plan, triangles, values) for values in (above, fault))
+    square = np.maximum(w_x**2 + w_y**2, np.finfo(float).tiny)
+    share = -(f_x * w_x + f_y * w_y) / square
+    first, second = _sides(plan, triangles)
+    area = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+    if area[share < 0].sum() > 0.5 * area.sum():
+        return np.asarray(np.sqrt((f_x**2 + f_y**2) / square))
+    return np.asarray(share)
+
+
+def _around_steps(
+    plan: FloatArray,
+    triangles: IntArray,
+    above: FloatArray,
+    fault: FloatArray,
+    band: BoolArray,
+    step: BoolArray,
+) -> BoolArray:
+    """Return the band (m,) with what lies around a step of the horizon as far as the gap reaches.
+
+    Beside a step through the middle of the gap the horizon lies above the fault on its foot wall and below
+    it on its hanging wall: from the step it is as far to a lip as that height over the slope of the fault.
+    """
+    rows = np.flatnonzero(step)
+    if len(rows) == 0:
+        return band
+    slope = np.maximum(_slopes(plan, triangles[rows], fault), np.finfo(float).tiny)
+    reach = np.abs(above[triangles[rows]]).max(axis=1) / slope
+    middles = plan[triangles].mean(axis=1)
+    within = cKDTree(middles).query_ball_point(middles[rows], reach)
+    wide = band.copy()
+    wide[np.concatenate([np.asarray(found, dtype=np.int64) for found in within])] = True
+    return wide
 
 
 def _elevation(fault: Surface, points: FloatArray) -> FloatArray:

@@ -8,10 +8,11 @@ fan of triangles around it that no cut edge separates.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from graben.arrays import IntArray, ints
+from graben.arrays import BoolArray, IntArray, ints
 from graben.errors import ModelingError
 from graben.modeling.triangulation import PlanMesh
 from graben.refinement import component_labels
@@ -44,7 +45,7 @@ class CutMesh:
         for key in ("triangles", "origin", "labels", "left", "right"):
             object.__setattr__(self, key, ints(getattr(self, key)))
 
-    @property
+    @cached_property
     def node_labels(self) -> IntArray:
         """The subdomain of each copy, shape (n,); -1 for a copy without triangles."""
         labels = np.full(len(self.origin), -1)
@@ -66,8 +67,11 @@ def opened(mesh: PlanMesh) -> CutMesh:
     inner = (edge_sharing(sides, len(edges)) == 2) & ~is_cut
     pairs = _side_pairs(sides, inner)
     labels = component_labels(m, pairs // 3)
-    corners = _corner_sectors(triangles, pairs)
-    new, origin = _numbered(triangles, corners, len(mesh.points))
+    # Around every other node the triangles close: one sector.
+    ends = np.zeros(len(mesh.points), dtype=bool)
+    ends[edges[~inner]] = True
+    corners, sectors = _corner_sectors(triangles, pairs, ends)
+    new, origin = _numbered(triangles, corners, sectors, len(mesh.points))
     left, right = _lips(new, origin, sides, cut, mesh.cut)
     return CutMesh(new, origin, labels, left, right)
 
@@ -96,23 +100,34 @@ def _side_pairs(sides: IntArray, inner: np.ndarray) -> IntArray:
     return order.reshape(-1, 2)
 
 
-def _corner_sectors(triangles: IntArray, pairs: IntArray) -> IntArray:
-    """Return the sector of each corner, shape (m, 3): corners joined across inner edges."""
-    t, k = pairs // 3, pairs % 3
-    first = 3 * t + (k + 1) % 3
-    second = 3 * t + (k + 2) % 3
+def _corner_sectors(triangles: IntArray, pairs: IntArray, chosen: BoolArray) -> tuple[IntArray, IntArray]:
+    """Return the corners at chosen nodes (n,), as 3 t + k ascending, and the sector of each, shapes (c,).
+
+    A sector is corners joined across inner edges, of which ``pairs`` (p, 2) are the sides.
+    """
     nodes = triangles.ravel()
-    same = nodes[first[:, 0]] == nodes[first[:, 1]]
-    across = np.where(same, first[:, 1], second[:, 1])
-    other = np.where(same, second[:, 1], first[:, 1])
-    joins = np.concatenate([np.stack([first[:, 0], across], axis=1), np.stack([second[:, 0], other], axis=1)])
-    return component_labels(3 * len(triangles), joins).reshape(-1, 3)
+    a, b, c = chosen[triangles].T
+    # what is joined at a node lies in two triangles around it
+    near = a | b | c
+    pairs = pairs[near[pairs[:, 0] // 3]]
+    t, k = pairs // 3, pairs % 3
+    start, end = 3 * t + (k + 1) % 3, 3 * t + (k + 2) % 3
+    turned = nodes[start[:, 0]] != nodes[start[:, 1]]
+    start[turned, 1], end[turned, 1] = end[turned, 1], start[turned, 1]
+    joins = np.concatenate([corner[chosen[nodes[corner[:, 0]]]] for corner in (start, end)])
+    corners = np.flatnonzero(chosen[nodes])
+    return corners, component_labels(len(corners), np.searchsorted(corners, joins))
 
 
-def _numbered(triangles: IntArray, sectors: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Return the triangles with a number for each sector, and the node each number is a copy of."""
-    flat, nodes = sectors.ravel(), triangles.ravel()
-    unique, first, inverse = np.unique(flat, return_index=True, return_inverse=True)
+def _numbered(
+    triangles: IntArray, corners: IntArray, sectors: IntArray, count: int
+) -> tuple[IntArray, IntArray]:
+    """Return the triangles with a number for each sector, and the node each number is a copy of.
+
+    ``corners`` (c,) and their ``sectors`` (c,) as of :func:`_corner_sectors`; all others keep their nodes.
+    """
+    nodes = triangles.ravel()[corners]
+    unique, first, inverse = np.unique(sectors, return_index=True, return_inverse=True)
     node = nodes[first]
     order = np.lexsort((first, node))
     rank = np.zeros(len(unique), dtype=np.int64)
@@ -122,7 +137,9 @@ def _numbered(triangles: IntArray, sectors: IntArray, count: int) -> tuple[IntAr
     rank[order[start]] = sorted_nodes[start]
     rank[extra] = count + np.arange(len(extra))
     origin = np.concatenate([np.arange(count), node[extra]])
-    return rank[inverse].reshape(-1, 3), origin
+    new = triangles.ravel().copy()
+    new[corners] = rank[inverse]
+    return new.reshape(-1, 3), origin
 
 
 def _lips(

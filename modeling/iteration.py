@@ -14,6 +14,7 @@ import numpy as np
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.modeling.acceleration import Anderson
 from graben.modeling.algebra import Backend
+from graben.modeling.bend import bend_load
 from graben.modeling.deformation import Deformation
 from graben.modeling.energy import Block, EdgePattern, assemble
 from graben.modeling.guides import Guides
@@ -63,6 +64,8 @@ class Problem:
     data, stiffness : NodeData, (k,) array
         What trusted picks and noisy elevations say of nodes (in this numbering), and the weight of each in
         the energy.
+    bend : (n, 3) array
+        Second derivatives K_xx, K_xy, K_yy at which the energy is least, one over model units; 0 for planes.
     theta, length, tolerance : float
         Parameters of the energy and of the termination; length and tolerance in model units.
     """
@@ -78,6 +81,7 @@ class Problem:
     arms: Arms
     data: NodeData
     stiffness: FloatArray
+    bend: FloatArray
     theta: float
     length: float
     tolerance: float
@@ -144,6 +148,7 @@ class _Solver:
         solved = problem.unknown | problem.fitted
         self.unknown = np.flatnonzero(solved)
         self._data = np.searchsorted(self.unknown, problem.data.nodes)
+        self._bent = bool(problem.bend.any())
         self._own = Block.of(problem.pattern, self.unknown, self.unknown)
         self._systems = Repeated(backend, _ACCURACY * problem.tolerance if accelerated else 0.0)
 
@@ -156,6 +161,8 @@ class _Solver:
         shift = points[p.data.nodes] - p.points[p.data.nodes]
         misfit = p.values[p.data.nodes] - p.data.z - (p.data.gradient * shift).sum(axis=1)
         load = (matrix @ p.values)[self.unknown]
+        if self._bent:
+            load -= bend_load(points, p.pattern, p.theta, p.length, p.bend)[self.unknown]
         if len(self._data):
             load[self._data] += p.stiffness * misfit
             diagonal = own.diagonal()

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
+from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats, ints
 from graben.cutgraph import CutGraph
 from graben.model import Model
 from graben.modeling.distance import distances
@@ -19,8 +19,12 @@ from graben.surface import Surface, triangle_normals
 
 #: Limits of the bins of distance, in gammas: finer where smearing is, and one beyond the zone to compare.
 BINS = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0)
+#: The part of the zone, in gammas, in which input that is smeared no wider than gamma asks for should be met.
+OUTER = (0.5, 1.0)
 #: Barycentric coordinates down to minus this count as inside: points on an edge belong to its triangles.
 _ON_EDGE = 1e-7
+#: Points without which a mean says little.
+_LEAST = 10
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,61 @@ class Masked:
     what: str
     within: int
     left_out: int
+
+
+@dataclass(frozen=True, eq=False)
+class Missed:
+    """The input in the outer half of the zone of a fault less the rebuilt horizon, model units.
+
+    Parameters
+    ----------
+    horizon, fault : str
+        Names; a point belongs to the fault it is nearest to, in gammas.
+    near, far : float
+        Plan distances from the trace that the points lie between.
+    count : int
+        Points on the rebuilt horizon.
+    rms, beyond : float
+        Root mean square of the difference there, and up to a gamma further out.
+    place : (3,) array
+        The point with the largest difference.
+    """
+
+    horizon: str
+    fault: str
+    near: float
+    far: float
+    count: int
+    rms: float
+    beyond: float
+    place: FloatArray
+
+
+def missed(result: HorizonResult, model: Model) -> tuple[Missed, ...]:
+    """Return how far a rebuilt horizon lies from its input in the outer half of each zone.
+
+    Parameters as of :func:`misfits`; faults with fewer than ten points there are left out.
+    """
+    if not result.cutoffs:
+        return ()
+    local = _Local.of(result, model)
+    owner, share = local.nearest_fault()
+    asked = np.flatnonzero((share >= OUTER[0]) & (share < BINS[-1]))
+    off = local.points[asked, 2] - local.rebuilt_at(asked)
+    known = np.isfinite(off)
+    asked, off = asked[known], off[known]
+    found = []
+    for k, name in enumerate(result.graph_faults):
+        mine = owner[asked] == k
+        inside, outside = mine & (share[asked] < OUTER[1]), mine & (share[asked] >= OUTER[1])
+        if np.count_nonzero(inside) < _LEAST or np.count_nonzero(outside) < _LEAST:
+            continue
+        rms, beyond = (float(np.sqrt((off[some] ** 2).mean())) for some in (inside, outside))
+        points = local.points[asked[inside]]
+        limits = (OUTER[0] * float(local.gammas[k]), OUTER[1] * float(local.gammas[k]))
+        place = floats(points[np.argmax(np.abs(off[inside]))] - local.origin)
+        found.append(Missed(result.name, name, *limits, int(inside.sum()), rms, beyond, place))
+    return tuple(found)
 
 
 def misfits(result: HorizonResult, model: Model) -> tuple[Bin, ...]:
@@ -108,10 +167,11 @@ def masked(result: HorizonResult, model: Model) -> tuple[Masked, ...]:
         return ()
     local = _Local.of(result, model)
     what = "picks" if len(result.horizon.picks) else "nodes"
+    trusted = local.trusted()
     found = []
     for k, name in enumerate(result.graph_faults):
         within = len(local.within(k))
-        found.append(Masked(result.name, name, what, within, 0 if local.trusted[k] else within))
+        found.append(Masked(result.name, name, what, within, 0 if trusted[k] else within))
     return tuple(found)
 
 
@@ -119,8 +179,8 @@ def masked(result: HorizonResult, model: Model) -> tuple[Masked, ...]:
 class _Local:
     """A rebuilt horizon and its input points, (p, 3), about the origin.
 
-    ``near`` has for each fault the points that may lie within its bins, ascending, and how far they lie from
-    its trace; ``gammas`` (f,) and ``trusted`` (f,) of each fault: whether picks inside its zone were used.
+    ``origin`` (3,) was added to coordinates. ``near`` has for each fault the points that may lie within its
+    bins, ascending, and how far they lie from its trace; ``gammas`` (f,) are those of the faults.
     """
 
     result: HorizonResult
@@ -128,7 +188,7 @@ class _Local:
     points: FloatArray
     near: tuple[tuple[IntArray, FloatArray], ...]
     gammas: FloatArray
-    trusted: BoolArray
+    origin: FloatArray
 
     @staticmethod
     def of(result: HorizonResult, model: Model) -> _Local:
@@ -140,9 +200,14 @@ class _Local:
         picks = result.horizon.picks
         points = picks if len(picks) else result.horizon.surface.vertices
         near = _near_traces(points, result.graph, BINS[-1] * gammas)
-        data = node_data(picks, result.graph, surfaces, gammas, result.first[:, :2], result.block)
-        trusted = (result.block[data.nodes] != 0).any(axis=0)
-        return _Local(result, surfaces, points, near, gammas, trusted)
+        return _Local(result, surfaces, points, near, gammas, origin)
+
+    def trusted(self) -> BoolArray:
+        """Return of each fault, (f,), whether picks inside its zone were used."""
+        result, picks = self.result, self.result.horizon.picks
+        places, block = result.first[:, :2], result.block
+        data = node_data(picks, result.graph, self.surfaces, self.gammas, places, block)
+        return bools((block[data.nodes] != 0).any(axis=0))
 
     def within(self, fault: int) -> IntArray:
         """Return the points within gamma of a fault's trace, ascending."""

@@ -178,6 +178,7 @@ def _carried(problem: Problem, made: Remeshed, points: FloatArray, backend: Back
         deformation=deformation,
         data=data,
         stiffness=stiffness,
+        bend=made.weights @ problem.bend,
     )
 
 

@@ -86,12 +86,13 @@ def narrows(
     plan, widest = points[:, :2], float(gammas.max())
     away, nearest = distances(plan, graph, within=widest + step)
     beyond = outside(plan, graph, gammas, within=step)
-    edges = edge_table(triangles)[0]
     used = np.zeros(len(points), dtype=bool)
     used[triangles] = True
     roomy = _roomy(plan, away, beyond, gammas, step)
     on_cut, reliable = bools(used & (away == 0)), bools(beyond > 0)
-    # Between reliable nodes no way need be sought.
+    # Between nodes that are reliable and have room no way need be sought, and no part is.
+    a, b, c = (roomy & reliable)[triangles].T
+    edges = edge_table(triangles[~(a & b & c)])[0]
     way = _reach(plan, edges[~reliable[edges].all(axis=1)], used & roomy & reliable)
     far = used & np.isfinite(way) & (way > _FAR * widest)
     thin = _parts_with(used & ~roomy & ~on_cut, far, edges)

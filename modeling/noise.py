@@ -129,8 +129,10 @@ def expected_error(residual: float, trace: float, count: int, noise: float | Non
 def rings(triangles: IntArray, start: BoolArray, count: int) -> IntArray:
     """Return how many rings of triangles each node is from the start nodes, (n,); -1 beyond ``count``."""
     ring = np.where(start, 0, -1)
+    a, b, c = triangles.T
     for k in range(1, count + 1):
-        touched = triangles[(ring[triangles] >= 0).any(axis=1)]
+        near = ring >= 0
+        touched = triangles[near[a] | near[b] | near[c]]
         ring[touched[ring[touched] < 0]] = k
     return ring
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from graben.arrays import BoolArray, FloatArray, IntArray, ints
+from graben.arrays import BoolArray, FloatArray, IntArray, SignArray, ints
 from graben.modeling.remeshing import Remeshed
 
 
@@ -49,7 +49,7 @@ class CutArrays:
     labels: IntArray
     unknown: BoolArray
     side: IntArray
-    block: IntArray
+    block: SignArray
 
     def patched(self, patches: Sequence[Patch]) -> CutArrays:
         """Return the arrays with parts on their new meshes: new nodes and triangles come after the others."""

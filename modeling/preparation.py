@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from graben.arrays import BoolArray, FloatArray, IntArray, bools, ints
+from graben.arrays import BoolArray, FloatArray, IntArray, SignArray, bools, floats, ints, signs
 from graben.cutgraph import CutGraph
 from graben.model import Horizon, Model
+from graben.modeling.bend import bend_at_rim
 from graben.modeling.cutting import CutMesh, opened
 from graben.modeling.distance import distances
 from graben.modeling.narrows import narrows
@@ -49,6 +51,8 @@ class CutHorizon:
         Copies outside the zone whose values are noisy: they take part in a least-squares fit.
     smoothing : float
         Length over which that fit smooths, model units; 0 without one.
+    bend : (n, 3) array
+        Second derivatives K_xx, K_xy, K_yy at the copies beside the zone, to be carried on into it; else 0.
     anchors : tuple of Anchoring
         How each subdomain is held.
     warnings : tuple of str
@@ -60,18 +64,19 @@ class CutHorizon:
     mesh: PlanMesh
     cut: CutMesh
     unknown: BoolArray
-    block: IntArray
+    block: SignArray
     faults: IntArray
     data: NodeData
     fitted: BoolArray
     smoothing: float
+    bend: FloatArray
     anchors: tuple[Anchoring, ...]
     warnings: tuple[str, ...]
 
-    @property
+    @cached_property
     def first(self) -> FloatArray:
         """Position of every copy on the input horizon, shape (n, 3)."""
-        return self.mesh.points[self.cut.origin]
+        return floats(self.mesh.points[self.cut.origin])
 
     def border(self) -> IntArray:
         """Return the directed edges of the outer boundary, copies, shape (b, 2)."""
@@ -97,7 +102,7 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
     warnings = [part.warning([f.name for f in model.faults], model.unit) for part in thin]
     warnings += [
         f"gamma of {model.faults[f].name} is {gamma:.4g}, less than {_LEAST_GAMMA:g} steps of "
-        f"{horizon.step:.4g}: the zone has hardly a node of its own, and what is smeared stays in the throw."
+        f"{horizon.step:.4g}: the zone is a node or two wide; what is smeared further out stays in the throw."
         for f, gamma in zip(faults, gammas, strict=True)
         if gamma < _LEAST_GAMMA * horizon.step
     ]
@@ -120,19 +125,34 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
         anchors.append(anchor)
     surfaces = [model.faults[f].surface for f in faults]
     data = node_data(horizon.picks, graph, surfaces, gammas, mesh.points[cut.origin, :2], block)
+    given = horizon
     horizon, mesh = refitted(horizon, mesh, cut, unknown, graph, data, model.unit)
     horizon, length = _denoised(model, horizon, mesh, cut, unknown, graph)
+    bend = np.zeros((len(cut.origin), 3))
+    if model.parameters.theta > 0:
+        # Smeared is what was given; a fit to picks beside the zone has changed nothing of that.
+        bend = bend_at_rim(
+            given,
+            graph,
+            mesh.points[cut.origin],
+            cut.triangles,
+            labels,
+            unknown,
+            dict(zip(faults.tolist(), gammas.tolist(), strict=True)),
+            model.tolerance,
+        )
     return CutHorizon(
         horizon,
         graph,
         mesh,
         cut,
         bools(unknown),
-        ints(block),
+        signs(block),
         ints(faults),
         data,
         bools(fitted(cut.triangles, unknown, length, horizon.step) & (labels >= 0)),
         length,
+        floats(bend),
         tuple(anchors),
         tuple(warnings),
     )
@@ -165,7 +185,7 @@ def _touching(cut: CutMesh, mine: BoolArray) -> BoolArray:
 
 def _zones(
     graph: CutGraph, mesh: PlanMesh, cut: CutMesh, faults: IntArray, gammas: FloatArray
-) -> tuple[FloatArray, BoolArray, IntArray]:
+) -> tuple[FloatArray, BoolArray, SignArray]:
     """Return of each copy its distance to the cut, whether it lies in a zone, and its side of each fault.
 
     The distance (n,) is infinite outside the boxes around the zones; the sides (n, f) are 0 outside gamma.
@@ -173,7 +193,7 @@ def _zones(
     plan = mesh.points[:, :2]
     index = PlanIndex(plan)
     distance, unknown = np.full(len(plan), np.inf), np.zeros(len(plan), dtype=bool)
-    block = np.zeros((len(cut.origin), len(faults)), dtype=np.int64)
+    block = np.zeros((len(cut.origin), len(faults)), dtype=np.int8)
     for k, f in enumerate(faults):
         mine = graph.faults == f
         ends = graph.nodes[graph.edges[mine]][:, :, :2].reshape(-1, 2)

@@ -10,6 +10,7 @@ from graben.arrays import BoolArray, FloatArray, IntArray, ints
 from graben.complexes import Complex
 from graben.model import Model
 from graben.modeling.algebra import Backend
+from graben.modeling.bend import carried
 from graben.modeling.deformation import Deformation
 from graben.modeling.energy import EdgePattern
 from graben.modeling.guides import Guides
@@ -136,6 +137,7 @@ class Stage:
             arms=Arms.of(self.lips, mine, [f.surface for f in self.model.faults], self.gamma),
             data=data,
             stiffness=stiffness,
+            bend=carried(points[:, :2], pattern, unknown, prepared.bend[local], self.backend),
             theta=parameters.theta,
             length=length,
             tolerance=self.model.tolerance,

@@ -9,14 +9,23 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats, ints
+from graben.arrays import BoolArray, FloatArray, IntArray, SignArray, bools, floats, ints, signs
 from graben.cutgraph import CutGraph
 from graben.model import Horizon
+from graben.notebook import html_table
 from graben.surface import Surface
+from graben.words import plural
 
 if TYPE_CHECKING:
     import pyvista
+
+#: Columns of the tables that notebooks show.
+_SUBDOMAIN = ("subdomain", "faults", "unknowns", "iterations", "type", "ended", "advice")
+_CUTOFF = ("fault", "pairs", "s", "throw", "heave")
+#: Points closer than this share of an extent are the same.
+_SAME_PLACE = 1e-9
 
 
 class TerminationType(IntEnum):
@@ -81,6 +90,19 @@ class Subdomain:
     remeshings: int = 0
     seconds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
+    def __repr__(self) -> str:
+        t = self.termination
+        size = f"{plural(self.unknowns, 'unknown')}, {plural(self.iterations, 'iteration')}"
+        return f"Subdomain {self.id} ({', '.join(self.faults)}): {size}, type {int(t.type)}, {t.name}"
+
+    def _repr_html_(self) -> str:
+        return html_table(_SUBDOMAIN, [self._row()])
+
+    def _row(self) -> tuple[object, ...]:
+        t = self.termination
+        faults = ", ".join(self.faults)
+        return self.id, faults, self.unknowns, self.iterations, int(t.type), t.name, t.advice
+
 
 @dataclass(frozen=True, eq=False)
 class Cutoff:
@@ -110,6 +132,17 @@ class Cutoff:
     def __post_init__(self) -> None:
         for key, shape in (("s", ()), ("hanging", (-1, 3)), ("foot", (-1, 3)), ("throw", ()), ("heave", ())):
             object.__setattr__(self, key, floats(getattr(self, key), *shape))
+
+    def __repr__(self) -> str:
+        ranges = (f"{name} {_range(getattr(self, name))}" for name in ("throw", "heave"))
+        size = f"{plural(len(self.s), 'pair')}, s {_range(self.s)}"
+        return f"Cutoff of {self.fault!r}: {size}, {', '.join(ranges)}"
+
+    def _repr_html_(self) -> str:
+        return html_table(_CUTOFF, [self._row()])
+
+    def _row(self) -> tuple[object, ...]:
+        return self.fault, len(self.s), _range(self.s), _range(self.throw), _range(self.heave)
 
 
 @dataclass(frozen=True)
@@ -160,7 +193,7 @@ class HorizonResult:
         Nodes further than gamma from every cut, values as in the input.
     side : (n,) array
         0 off the cut, 1 hanging, -1 foot, 2 at a junction; tips are 0.
-    block : (n, f) array
+    block : (n, f) int8 array
         1 on the hanging side, -1 on the foot side of the nearest cut of that fault, 0 outside its zone.
     graph_faults : tuple of str
         The faults that cut this horizon, in the model's order.
@@ -184,7 +217,7 @@ class HorizonResult:
     subdomain: IntArray
     fixed: BoolArray
     side: IntArray
-    block: IntArray
+    block: SignArray
     graph_faults: tuple[str, ...]
     graph: CutGraph
     cutoffs: tuple[Cutoff, ...]
@@ -198,7 +231,7 @@ class HorizonResult:
         object.__setattr__(self, "subdomain", ints(self.subdomain))
         object.__setattr__(self, "fixed", bools(self.fixed))
         object.__setattr__(self, "side", ints(self.side))
-        object.__setattr__(self, "block", ints(self.block, len(self.first), len(self.graph_faults)))
+        object.__setattr__(self, "block", signs(self.block, len(self.first), len(self.graph_faults)))
 
     @property
     def name(self) -> str:
@@ -230,14 +263,48 @@ class HorizonResult:
     def __repr__(self) -> str:
         types = ", ".join(str(int(s.termination.type)) for s in self.subdomains)
         return (
-            f"Horizon {self.name!r}: {len(self.first)} nodes, {len(self.subdomains)} subdomains, "
+            f"Horizon {self.name!r}: {plural(len(self.first), 'node')}, "
+            f"{plural(len(self.subdomains), 'subdomain')}, "
             f"type {types or '-'}, largest throw {self.largest_throw:.4g}"
         )
 
+    def _repr_html_(self) -> str:
+        cutoffs = html_table(_CUTOFF, [c._row() for c in self.cutoffs], repr(self))
+        return cutoffs + html_table(_SUBDOMAIN, [s._row() for s in self.subdomains])
+
+    def node_throws(self) -> FloatArray:
+        """Return the throw at each node of the cut, NaN elsewhere, shape (n,), model units.
+
+        A junction has the largest of its throws.
+        """
+        found = np.full(len(self.first), np.nan)
+        nodes = np.flatnonzero(self.side != 0)
+        if len(nodes) == 0 or not self.cutoffs:
+            return floats(found)
+        lips = np.concatenate([lip for c in self.cutoffs for lip in (c.hanging, c.foot)])
+        throws = np.concatenate([c.throw for c in self.cutoffs for _ in range(2)])
+        # by magnitude, so that of several at one place the largest is the last to be set
+        order = np.argsort(np.abs(throws), kind="stable")
+        away, nearest = cKDTree(self.surface.vertices[nodes]).query(lips[order])
+        here = away <= _SAME_PLACE * np.ptp(lips, axis=0).max(initial=1.0)
+        found[nodes[nearest[here]]] = throws[order][here]
+        return floats(found)
+
     def to_pyvista(self) -> pyvista.PolyData:
-        """Return the cut triangulation with point arrays subdomain, fixed and side."""
+        """Return the cut triangulation with point arrays subdomain, fixed, side and throw.
+
+        ``side`` is 1 hanging, -1 foot, 2 at a junction, 0 off the cut; ``throw`` is NaN there.
+        """
         mesh = self.surface.to_pyvista()
         mesh.point_data["subdomain"] = self.subdomain
         mesh.point_data["fixed"] = self.fixed.astype(np.int64)
         mesh.point_data["side"] = self.side
+        mesh.point_data["throw"] = self.node_throws()
         return mesh
+
+
+def _range(values: FloatArray) -> str:
+    """Return the least and the largest of some values in words."""
+    if len(values) == 0:
+        return "-"
+    return f"{values.min():.4g} to {values.max():.4g}"

@@ -1,86 +1,27 @@
-"""Scores of a rebuilt horizon against a known answer; the layout of the answer is told in ``graben.demo``.
+"""Scores of a rebuilt horizon against a known answer (:mod:`graben.modeling.truth`).
 
 A cut node is compared with the true lip at the same place along the fault's mean strike, a throw with the
 difference of the two true lips at the places of its two nodes; so pairs need not be made as the truth makes
 them. A zone node is compared with the true horizon of its own block at the same place in plan; it is left out
-where it lies in a true gap, unless it is a cut node, which is a lip wherever it lies.
+where it lies in a true gap, unless it is a cut node, which is a lip wherever it lies. Of several clusters of
+faults, it belongs to the one whose true lips lie nearest in plan; beyond that one's window it is left out.
 """
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pandas
-from pydantic import BaseModel, ValidationError
-from scipy.interpolate import RectBivariateSpline
 
 from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
 from graben.errors import InputError
-from graben.formats.irap import read_irap
-from graben.formats.text import load_text
-from graben.model import Fault, GridGeometry
+from graben.model import Fault
 from graben.modeling.results import Cutoff, Error, HorizonResult, Score
+from graben.modeling.truth import Cluster, Lip, Truth, read_truth
 from graben.surface import mean_dip_direction
 
 LEAST_SHARE = 0.2  #: cut nodes count where the true throw exceeds this share of the largest
-_COLUMNS = ("fault", "side", "block", "x", "y", "z", "throw")
-_SIDES = {"hanging": 1, "foot": -1}
-
-
-class _Block(BaseModel):
-    sides: dict[str, int]
-    file: str
-
-
-class _Horizon(BaseModel):
-    cutoffs: str
-    blocks: list[_Block]
-
-
-class _Index(BaseModel):
-    """truth.json."""
-
-    faults: dict[str, str]
-    horizons: dict[str, _Horizon]
-
-
-@dataclass(frozen=True, eq=False)
-class _Grid:
-    """A smooth function of plan position, bicubic between the nodes of a regular grid."""
-
-    geometry: GridGeometry
-    spline: RectBivariateSpline
-
-    def __call__(self, xy: FloatArray) -> FloatArray:
-        g = self.geometry
-        a = np.radians(g.rotation)
-        x, y = xy[:, 0] - g.origin[0], xy[:, 1] - g.origin[1]
-        i, j = (x * np.cos(a) + y * np.sin(a)) / g.dx, (y * np.cos(a) - x * np.sin(a)) / g.dy
-        return np.asarray(self.spline.ev(i, j), dtype=np.float64)
-
-
-@dataclass(frozen=True, eq=False)
-class _Lip:
-    """A true cutoff line: its side (1 hanging, -1 foot), its block and its points (k, 3)."""
-
-    side: int
-    block: int
-    points: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class _Truth:
-    """The known answer for one horizon; ``sides`` has a row for each block, a column for each fault."""
-
-    faults: tuple[str, ...]
-    surfaces: tuple[_Grid, ...]
-    sides: IntArray
-    blocks: tuple[_Grid, ...]
-    lips: dict[str, list[_Lip]]
-    largest: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +56,7 @@ def score(truth_folder: Path, result: HorizonResult, faults: tuple[Fault, ...]) 
     InputError
         When the truth cannot be read, or does not hold the horizon or one of its faults.
     """
-    truth = _read(truth_folder, result.name)
+    truth = read_truth(truth_folder, result.name)
     strikes = {name: _chord(lips[0].points) for name, lips in truth.lips.items() if lips}
     strikes |= {f.name: _strike(f) for f in faults}
     for name in result.graph_faults:
@@ -141,7 +82,7 @@ def true_throws(
     truth_folder: Path, result: HorizonResult, faults: tuple[Fault, ...]
 ) -> tuple[FloatArray, ...]:
     """Return the true throw at each row of each cutoff, (k,) each, model units; raises as :func:`score`."""
-    truth = _read(truth_folder, result.name)
+    truth = read_truth(truth_folder, result.name)
     strikes = {f.name: _strike(f) for f in faults}
     return tuple(_compared(c, truth, strikes[c.fault]).true_throw for c in result.cutoffs)
 
@@ -162,7 +103,7 @@ def _chord(line: FloatArray) -> FloatArray:
     return floats(way / np.linalg.norm(way))
 
 
-def _compared(cutoff: Cutoff, truth: _Truth, strike: FloatArray) -> _Compared:
+def _compared(cutoff: Cutoff, truth: Truth, strike: FloatArray) -> _Compared:
     """Return the rows of a cutoff beside the truth.
 
     Of the pairs of true lips that face each other across the fault (one for each side of a fault that
@@ -185,7 +126,7 @@ def _compared(cutoff: Cutoff, truth: _Truth, strike: FloatArray) -> _Compared:
     )
 
 
-def _facing(truth: _Truth, fault: str) -> list[tuple[_Lip, _Lip]]:
+def _facing(truth: Truth, fault: str) -> list[tuple[Lip, Lip]]:
     """Return the pairs of hanging and foot lips whose blocks lie on the same side of every other fault."""
     others = np.array([name != fault for name in truth.faults])
     lips = truth.lips[fault]
@@ -215,98 +156,54 @@ def _distance(points: FloatArray, line: FloatArray) -> FloatArray:
 
 def _zone_errors(
     result: HorizonResult,
-    truth: _Truth,
+    truth: Truth,
     strikes: dict[str, FloatArray],
     vertices: FloatArray,
     always: BoolArray,
 ) -> FloatArray:
     """Return u - u_true at the nodes within gamma, without those in a gap that are not to count always."""
-    zone = ~result.fixed
-    signs = _signs(result, truth)[zone]
-    points = vertices[zone]
-    fits = (signs[:, None, :] * truth.sides[None, :, :] >= 0).all(axis=2)
-    block = np.argmax(fits, axis=1)
+    nodes = np.flatnonzero(~result.fixed)
+    nearest = truth.nearest_cluster(vertices[nodes, :2])
+    errors = []
+    for number, cluster in enumerate(truth.clusters):
+        mine = nodes[nearest == number]
+        mine = mine[truth.blocks[cluster.blocks[0]].covers(vertices[mine, :2])]
+        points = vertices[mine]
+        true, gap = _true_elevations(truth, cluster, strikes, points, _signs(result, truth, cluster, mine))
+        errors.append((points[:, 2] - true)[~gap | always[mine]])
+    return floats(np.concatenate(errors))
+
+
+def _true_elevations(
+    truth: Truth, cluster: Cluster, strikes: dict[str, FloatArray], points: FloatArray, signs: IntArray
+) -> tuple[FloatArray, BoolArray]:
+    """Return the true elevation of each point in its block of a cluster, and whether it lies in a gap."""
+    sides = truth.sides[np.ix_(cluster.blocks, cluster.faults)]
+    block = np.argmax((signs[:, None, :] * sides[None, :, :] >= 0).all(axis=2), axis=1)
     true = np.full(len(points), np.nan)
-    for b, grid in enumerate(truth.blocks):
-        true[block == b] = grid(points[block == b, :2])
-    kept = np.ones(len(points), dtype=bool)
-    for f, name in enumerate(truth.faults):
+    for b, number in enumerate(cluster.blocks.tolist()):
+        true[block == b] = truth.blocks[number](points[block == b, :2])
+    gap = np.zeros(len(points), dtype=bool)
+    for column, f in enumerate(cluster.faults.tolist()):
+        name = truth.faults[f]
         if not truth.lips[name]:
             continue
         place = points[:, :2] @ strikes[name]
         ends = np.concatenate([lip.points[:, :2] @ strikes[name] for lip in truth.lips[name]])
         beside = (place >= ends.min()) & (place <= ends.max())
-        across = truth.sides[block, f] * (true - truth.surfaces[f](points[:, :2])) < 0.0
-        kept &= ~(beside & across)
-    kept |= always[zone]
-    return floats((points[:, 2] - true)[kept])
+        beyond = sides[block, column] * (true - truth.surfaces[f](points[:, :2])) < 0.0
+        gap |= beside & beyond
+    return floats(true), gap
 
 
-def _signs(result: HorizonResult, truth: _Truth) -> IntArray:
-    """Return the side of each node of each true fault: as cut where it was, else as it first lay."""
+def _signs(result: HorizonResult, truth: Truth, cluster: Cluster, nodes: IntArray) -> IntArray:
+    """Return the side of nodes of each fault of a cluster: as cut where it was, else as it first lay."""
+    first = result.first[nodes]
     columns = []
-    for name, surface in zip(truth.faults, truth.surfaces, strict=True):
-        lay = np.where(result.first[:, 2] >= surface(result.first[:, :2]), 1, -1)
-        if name in result.graph_faults:
-            cut = result.block[:, result.graph_faults.index(name)]
+    for f in cluster.faults.tolist():
+        lay = np.where(first[:, 2] >= truth.surfaces[f](first[:, :2]), 1, -1)
+        if truth.faults[f] in result.graph_faults:
+            cut = result.block[nodes, result.graph_faults.index(truth.faults[f])]
             lay = np.where(cut != 0, cut, lay)
         columns.append(lay)
     return ints(np.stack(columns, axis=1))
-
-
-def _read(folder: Path, horizon: str) -> _Truth:
-    path = folder / "truth.json"
-    try:
-        index = _Index.model_validate(json.loads(load_text(path)))
-    except (json.JSONDecodeError, ValidationError) as error:
-        reason = str(error).splitlines()[0].rstrip(".")
-        raise InputError(f"{path} is no index of a known answer ({reason}); write the demo again.") from None
-    if horizon not in index.horizons:
-        raise InputError(f"{path} knows no horizon {horizon!r}; correct the names or leave out `truth`.")
-    entry = index.horizons[horizon]
-    names = tuple(index.faults)
-    sides = ints([[block.sides.get(name, 0) for name in names] for block in entry.blocks], -1, len(names))
-    lips, largest = _read_cutoffs(folder / entry.cutoffs, names, len(entry.blocks))
-    return _Truth(
-        faults=names,
-        surfaces=tuple(_read_grid(folder / file) for file in index.faults.values()),
-        sides=sides,
-        blocks=tuple(_read_grid(folder / block.file) for block in entry.blocks),
-        lips=lips,
-        largest=largest,
-    )
-
-
-def _read_grid(path: Path) -> _Grid:
-    geometry, values = read_irap(path)
-    if not np.isfinite(values).all():
-        raise InputError(f"{path}: a known answer has no undefined node; write the demo again.")
-    spline = RectBivariateSpline(np.arange(geometry.columns), np.arange(geometry.rows), values)
-    return _Grid(geometry, spline)
-
-
-def _read_cutoffs(path: Path, names: tuple[str, ...], blocks: int) -> tuple[dict[str, list[_Lip]], float]:
-    load_text(path)
-    try:
-        table = pandas.read_csv(path)
-        numbers = table[["x", "y", "z", "throw"]].to_numpy(dtype=np.float64)
-        sides = table["side"].map(_SIDES).to_numpy(dtype=np.int64)
-        members = table["block"].to_numpy(dtype=np.int64)
-        owners = table["fault"].astype(str).to_numpy()
-    except (KeyError, ValueError) as error:
-        reason = str(error).splitlines()[0].rstrip(".")
-        raise InputError(
-            f"{path} holds no cutoffs ({reason}); it needs the columns {', '.join(_COLUMNS)}."
-        ) from None
-    if not np.isfinite(numbers).all() or members.min() < 0 or members.max() >= blocks:
-        raise InputError(
-            f"{path}: a number is missing or a block is not in truth.json; write the demo again."
-        )
-    lips: dict[str, list[_Lip]] = {name: [] for name in names}
-    for name in names:
-        for side in _SIDES.values():
-            for block in range(blocks):
-                rows = (owners == name) & (sides == side) & (members == block)
-                if rows.any():
-                    lips[name].append(_Lip(side, block, floats(numbers[rows, :3])))
-    return lips, float(np.abs(numbers[:, 3]).max())

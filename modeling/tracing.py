@@ -12,6 +12,7 @@ from graben.complexes import Complex
 from graben.cutgraph import CutGraph, DroppedTrace, NodeKind
 from graben.errors import ModelingError
 from graben.model import Horizon, Model
+from graben.modeling.bubbles import unbubbled
 from graben.modeling.calming import calmed
 from graben.modeling.resampling import Trace, node_kinds, resampled
 from graben.modeling.snapping import NEAR, along_boundary, reaching, snapped, unlooped, without
@@ -24,6 +25,9 @@ _PIECE = 2.0
 _STUB = 1.0
 _SKIRTS = "along the boundary of the horizon"
 _LOOP = "around less than a step, drawn as a point"
+_BUBBLE = "around a few cells that one fault closes off alone, in what is smeared"
+#: Where a trace drawn with the step of the horizon crosses itself, it is drawn with these shares of it.
+_FINER = (1.0, 0.5, 0.25)
 
 
 def cut_graph(model: Model, horizon: Horizon, network: Complex) -> CutGraph:
@@ -48,13 +52,17 @@ def cut_graph(model: Model, horizon: Horizon, network: Complex) -> CutGraph:
     beside = along_boundary(trace, horizon.surface, reach)
     skirting = _left_out(trace, np.flatnonzero(beside), _SKIRTS)
     trace = reaching(without(trace, beside), horizon.surface, reach)
+    trace, bubbles = unbubbled(trace, horizon.step)
+    gone = [DroppedTrace(fault, length, middle, _BUBBLE) for fault, middle, length in bubbles]
     keep, dropped = _long_enough(trace, horizon.step)
     directions = [mean_dip_direction(f.surface.vertices, f.surface.triangles)[0] for f in model.faults]
-    graph = resampled(
-        horizon.name, _kept(trace, keep), horizon.step, directions, (*loops, *skirting, *dropped)
-    )
-    _require_no_crossing(graph, names)
-    return graph
+    left_out = (*loops, *skirting, *gone, *dropped)
+    for share in _FINER:
+        graph = resampled(horizon.name, _kept(trace, keep), share * horizon.step, directions, left_out)
+        pairs = _crossing(graph)
+        if not len(pairs):
+            return graph
+    raise _crossing_error(graph, pairs[0], names, horizon)
 
 
 def _left_out(trace: Trace, edges: IntArray, reason: str) -> list[DroppedTrace]:
@@ -69,14 +77,23 @@ def _left_out(trace: Trace, edges: IntArray, reason: str) -> list[DroppedTrace]:
     return dropped
 
 
-def _require_no_crossing(graph: CutGraph, names: Sequence[str]) -> None:
-    """Raise ModelingError when two edges of the resampled graph cross in plan."""
+def _crossing(graph: CutGraph) -> IntArray:
+    """Return the pairs of edges of a resampled graph that cross in plan, (k, 2)."""
     lines = shapely.linestrings(graph.nodes[graph.edges][:, :, :2])
-    pairs = shapely.STRtree(lines).query(lines, predicate="crosses").T
-    if len(pairs):
-        a, b = (names[f] for f in graph.faults[pairs[0]])
-        whose = f"The trace of {a} crosses itself" if a == b else f"The traces of {a} and {b} cross"
-        raise ModelingError(f"{whose} in plan once drawn with the horizon's step; use a smaller step.")
+    return np.asarray(shapely.STRtree(lines).query(lines, predicate="crosses").T, dtype=np.int64)
+
+
+def _crossing_error(graph: CutGraph, pair: IntArray, names: Sequence[str], horizon: Horizon) -> ModelingError:
+    """Return the error that says which traces cross in plan, where, and what helps with such an input."""
+    a, b = (names[f] for f in graph.faults[pair])
+    whose = f"the trace of {a} crosses itself" if a == b else f"the traces of {a} and {b} cross"
+    x, y, z = (float(c) for c in graph.nodes[graph.edges[pair]].mean(axis=(0, 1)))
+    helps = (
+        "use a smaller step"
+        if len(horizon.picks)
+        else "smooth the grid beside the fault, or give the horizon as points with a step"
+    )
+    return ModelingError(f"{whose} in plan once drawn with the horizon's step; {helps}.", (x, y, z))
 
 
 def exact_trace(horizon: Surface, network: Complex, names: Sequence[str] = (), reach: float = 0.0) -> Trace:
@@ -89,7 +106,10 @@ def exact_trace(horizon: Surface, network: Complex, names: Sequence[str] = (), r
         ``names``, else by its number.
     """
     faults = Surface("faults", network.vertices, network.triangles)
-    both = refined([faults, horizon])
+    whole = refined([faults, horizon])
+    outer = np.zeros(len(whole.vertices), dtype=np.int64)
+    outer[boundary_edges(whole.triangles[whole.owner == 1])] = 1
+    both = _about_faults(whole)
     _require_no_area(both, network, names, reach)
     edges, sides = both.edges()
     of_horizon = both.owner == 1
@@ -100,8 +120,6 @@ def exact_trace(horizon: Surface, network: Complex, names: Sequence[str] = (), r
     count = int(network.owner.max(initial=0)) + 1
     keys = np.unique((side * count + owner[:, None])[in_horizon[side]])
     shared, fault = keys // count, keys % count
-    outer = np.zeros(len(both.vertices), dtype=np.int64)
-    outer[boundary_edges(both.triangles[of_horizon])] = 1
     rim = np.zeros((len(shared), 2), dtype=np.int64)
     for f in np.unique(fault):
         on_rim = np.zeros(len(both.vertices), dtype=np.int64)
@@ -109,6 +127,15 @@ def exact_trace(horizon: Surface, network: Complex, names: Sequence[str] = (), r
         rim[fault == f] = on_rim[edges[shared[fault == f]]]
     nodes, local = np.unique(edges[shared], return_inverse=True)
     return Trace(both.vertices[nodes], local.reshape(-1, 2), fault, outer[nodes], rim)
+
+
+def _about_faults(both: Complex) -> Complex:
+    """Return the complex with those triangles of the horizon alone that share an edge with a fault."""
+    of_fault = np.zeros(len(both.vertices), dtype=np.int8)
+    of_fault[both.triangles[both.owner == 0]] = 1
+    a, b, c = of_fault[both.triangles].T
+    near = a + b + c >= 2
+    return Complex(both.vertices, both.triangles[near], both.owner[near], both.parent[near])
 
 
 def _require_no_area(both: Complex, network: Complex, names: Sequence[str], reach: float) -> None:

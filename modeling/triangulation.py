@@ -14,7 +14,7 @@ from graben.errors import ModelingError
 from graben.modeling.distance import distances
 from graben.modeling.snapping import NEAR
 from graben.modeling.zone import CLEARANCE, zone_of
-from graben.proximity import boxes, boxes_over, nearest
+from graben.proximity import Simplices, boxes, boxes_over, nearest
 from graben.surface import Surface, boundary_edges, edge_sharing, edge_table
 
 #: Width of the band around the cut that is triangulated anew, in steps.
@@ -83,7 +83,8 @@ def triangulated(horizon: Surface, graph: CutGraph, step: float, gammas: FloatAr
     on_rim[rim] = True
     inside = np.zeros(len(vertices), dtype=bool)
     inside[faces[redo]] = True
-    zone = zone_of(horizon, faces[redo], graph, step, gammas)
+    old = Simplices(vertices[:, :2], faces[redo])
+    zone = zone_of(horizon, faces[redo], graph, step, gammas, old)
     fill = np.concatenate([zone.ring, zone.inner])
     fill = fill[cKDTree(vertices[on_rim, :2]).query(fill[:, :2])[0] > CLEARANCE * step]
     free = inside & ~on_rim & zone.beyond
@@ -95,7 +96,7 @@ def triangulated(horizon: Surface, graph: CutGraph, step: float, gammas: FloatAr
     index[len(vertices) :] = np.arange(count)
     points = np.concatenate([graph.nodes, vertices[chosen], fill])
     new = _constrained(points[:, :2], np.concatenate([graph.edges, index[rim]]))
-    new = new[_inside(points, new, vertices, faces[redo])]
+    new = new[_inside(points, new, old)]
     kept = np.flatnonzero(~redo)
     used = np.zeros(len(vertices), dtype=bool)
     used[faces[kept]] = True
@@ -125,6 +126,8 @@ def _without_ears(
         return triangles
     ears = np.flatnonzero(outer[triangles].all(axis=1))
     ears = ears[cKDTree(exits[:, :2]).query(points[triangles[ears], :2])[0].min(axis=1) <= reach]
+    if len(ears) == 0:
+        return triangles
     edges, sides = edge_table(triangles)
     sharing = edge_sharing(sides, len(edges))
     held = {(min(a, b), max(a, b)) for a, b in cut.tolist()}
@@ -231,9 +234,9 @@ def _constrained(points: FloatArray, segments: IntArray) -> IntArray:
     return np.asarray(made["triangles"], dtype=np.int64)
 
 
-def _inside(points: FloatArray, new: IntArray, vertices: FloatArray, old: IntArray) -> BoolArray:
+def _inside(points: FloatArray, new: IntArray, old: Simplices) -> BoolArray:
     """Return which new triangles lie in the region of the old ones, by their centres."""
-    away = nearest(points[new][:, :, :2].mean(axis=1), vertices, old).distance
+    away = old.nearest(points[new][:, :, :2].mean(axis=1)).distance
     area = _double_areas(points, new)
     a, b, c = (points[new[:, k], :2] for k in range(3))
     longest = np.max(

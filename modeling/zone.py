@@ -8,15 +8,17 @@ mean gamma, whatever the grid's direction; the lattice makes the energy isotropi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray
+from graben.beside import beside
 from graben.cutgraph import CutGraph
 from graben.modeling.distance import distances, outside
-from graben.proximity import nearest
+from graben.proximity import Simplices
 from graben.surface import Surface
 
 #: Least distance between nodes of different origin, in steps.
@@ -24,6 +26,8 @@ CLEARANCE = 0.6
 #: The ring stands outside gamma by this share of it, more than its chords cut into it.
 _OUTSIDE = 1e-3
 _QUADRANT_SEGMENTS = 64
+#: Edges of the cut from which on the area around it is made on a second core.
+_WORTH = 2000
 #: Points off the horizon by less than this many steps lie on it.
 _ON = 1e-6
 #: Input nodes that a quadratic surface is fitted to for each node of the ring.
@@ -48,7 +52,14 @@ class Zone:
     beyond: BoolArray
 
 
-def zone_of(horizon: Surface, faces: IntArray, graph: CutGraph, step: float, gammas: FloatArray) -> Zone:
+def zone_of(
+    horizon: Surface,
+    faces: IntArray,
+    graph: CutGraph,
+    step: float,
+    gammas: FloatArray,
+    plan: Simplices | None = None,
+) -> Zone:
     """Return the nodes of the modeling zone of a horizon.
 
     Parameters
@@ -63,19 +74,23 @@ def zone_of(horizon: Surface, faces: IntArray, graph: CutGraph, step: float, gam
         Model units.
     gammas : (f,) array
         gamma of each fault in ``np.unique(graph.faults)``, model units.
+    plan : Simplices, optional
+        The triangles ``faces`` in plan, if they are at hand.
     """
+    plan = plan or Simplices(horizon.vertices[:, :2], faces)
     side = step * float(np.sqrt(2 / np.sqrt(3)))
     # A zone wider than the horizon is the horizon; without this bound its lattice could have any size.
     gammas = np.minimum(gammas, np.linalg.norm(np.ptp(horizon.vertices[:, :2], axis=0)))
-    area = _within(graph, gammas * (1 + _OUTSIDE))
-    ring = _on_rings(area, side)
+    outline = partial(_ring, graph, gammas * (1 + _OUTSIDE), side)
+    later = beside(outline) if len(graph.edges) > _WORTH else outline
     inner = _lattice(graph, side, gammas.max())
     inside = outside(inner, graph, gammas) < -CLEARANCE * step
     inner = inner[inside]
     inner = inner[distances(inner, graph)[0] > CLEARANCE * step]
     away = outside(horizon.vertices[:, :2], graph, gammas, CLEARANCE * step)
-    inner_z, inner_in = _linear(horizon, faces, inner, step)
-    ring_z, ring_in = _linear(horizon, faces, ring, step)
+    inner_z, inner_in = _linear(horizon, faces, plan, inner, step)
+    ring = later()
+    ring_z, ring_in = _linear(horizon, faces, plan, ring, step)
     ring, ring_z = ring[ring_in], ring_z[ring_in]
     reliable = horizon.vertices[away >= 0]
     if len(ring) and len(reliable) >= _NEIGHBOURS:
@@ -85,6 +100,11 @@ def zone_of(horizon: Surface, faces: IntArray, graph: CutGraph, step: float, gam
         np.column_stack([ring, ring_z]),
         away > CLEARANCE * step,
     )
+
+
+def _ring(graph: CutGraph, gammas: FloatArray, side: float) -> FloatArray:
+    """Return points at about ``side`` on the outlines of the area within gamma of the cuts, (r, 2)."""
+    return _on_rings(_within(graph, gammas), side)
 
 
 def _within(graph: CutGraph, gammas: FloatArray) -> shapely.Geometry:
@@ -129,10 +149,10 @@ def _lattice(graph: CutGraph, side: float, gamma: float) -> FloatArray:
 
 
 def _linear(
-    horizon: Surface, faces: IntArray, points: FloatArray, step: float
+    horizon: Surface, faces: IntArray, plan: Simplices, points: FloatArray, step: float
 ) -> tuple[FloatArray, BoolArray]:
     """Return the elevation of the input at plan points, (k,), and whether they lie on it."""
-    near = nearest(points, horizon.vertices, faces)
+    near = plan.nearest(points)
     a, b, c = (horizon.vertices[faces[near.simplex, k]] for k in range(3))
     first, second, rel = b - a, c - a, points - a[:, :2]
     det = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]

@@ -179,8 +179,77 @@ def test_interrupt_leaves_nothing(demo: Path, tmp_path: Path) -> None:
         if process.returncode == 0:
             break
         assert process.returncode == 130
-        assert said == b"graben: interrupted.\n"
+        assert said in (b"graben: interrupted.\n", NOTHING_KEPT)
         assert list(tmp_path.iterdir()) == []
+
+
+NOTHING_KEPT = b"graben: interrupted before anything was finished that --resume could go on from"
+NOTHING_KEPT += b": start it again without.\n"
+
+
+def interrupt(words: list[str], output: Path, code: str) -> tuple[int, str]:
+    """Run a command in which SIGINT comes when ``code`` says, and return how it ended and what it said."""
+    script = (
+        "import os, signal, graben.pipeline, graben.cli\n"
+        "stop = lambda *args, **more: os.kill(os.getpid(), signal.SIGINT)\n"
+        f"{code}\n"
+        f"graben.cli.main({[*words, '-o', str(output)]!r})\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    return done.returncode, done.stderr
+
+
+def test_an_interrupt_says_whether_there_is_something_to_resume(demo: Path, tmp_path: Path) -> None:
+    out, words = tmp_path / "out", ["run", str(demo / "model.toml")]
+    early = "graben.pipeline.build = stop"
+    assert interrupt(words, out, early) == (130, NOTHING_KEPT.decode())
+    assert not (tmp_path / "out.partial").exists()
+    # what the message says is so
+    assert "nothing to resume" in graben("run", demo / "model.toml", "-o", out, "--resume").stderr
+    late = (
+        "def build(*args, kept, **more):\n"
+        "    kept['horizon-1'] = b'work'\n"
+        "    stop()\n"
+        "graben.pipeline.build = build"
+    )
+    said = (130, "graben: interrupted; --resume goes on from what is finished.\n")
+    assert interrupt(words, out, late) == said
+    # before the folder is taken up again as well
+    assert (
+        interrupt([*words, "--resume"], out, "import graben.reading; graben.reading.read_model = stop")
+        == said
+    )
+    assert graben("run", demo / "model.toml", "-o", out, "--resume").returncode == 0
+
+
+def test_an_interrupt_of_another_command_speaks_of_no_resume(demo: Path, tmp_path: Path) -> None:
+    code = "import graben.reading; graben.reading.read_model = stop"
+    assert interrupt(["repair", str(demo / "model.toml")], tmp_path / "out", code) == (
+        130,
+        "graben: interrupted.\n",
+    )
+
+
+def test_the_seconds_are_those_of_the_whole_command(demo: Path, tmp_path: Path) -> None:
+    begin = time.perf_counter()
+    done = graben("run", demo / "model.toml", "-o", tmp_path / "out")
+    wall = time.perf_counter() - begin
+    found = re.search(r"; ([0-9.]+) s, \d+ MB\.", done.stdout)
+    assert found is not None
+    timings = json.loads((tmp_path / "out" / "report.json").read_text())["timings"]
+    # reading and loading count, and the parts of the total are in it
+    assert timings["read"] > 0
+    assert timings["total"] <= float(found[1]) + 0.01 <= wall + 0.02
+    assert timings["total"] >= timings["read"] + timings["check"] + timings["write"]
+
+
+def test_common_options_stand_before_the_command_as_well(demo: Path, tmp_path: Path) -> None:
+    assert graben("-q", "check", demo / "model.toml").stdout == ""
+    assert "Traceback" in graben("--debug", "check", tmp_path / "nowhere.toml").stderr
+    assert "Traceback" in graben("-v", "--debug", "info", tmp_path / "nowhere.ts").stderr
+    for words in ((), ("--debug",)):
+        done = graben(*words)
+        assert (done.returncode, done.stderr) == (2, "graben: Missing command.\n")
 
 
 def test_demo_list_info_and_schema(demo: Path) -> None:

@@ -132,11 +132,11 @@ def test_a_dry_run_prints_the_plan_and_writes_nothing(bad: Path, tmp_path: Path)
     assert "nothing was written" in done.stdout
     assert "weld (duplicate)" in done.stdout
     planned = graben("repair", bad, "--dry-run", "-o", tmp_path / "out", cwd=tmp_path)
-    assert planned.stdout == done.stdout
+    told = [line for line in done.stdout.splitlines() if line.startswith(" ")]
+    assert told == [line for line in planned.stdout.splitlines() if line.startswith(" ")]
     assert list(tmp_path.iterdir()) == []
     assert contents(bad.parent) == before
     real = graben("repair", bad, "-o", tmp_path / "out")
-    told = [line for line in done.stdout.splitlines() if line.startswith(" ")]
     assert told == [line for line in real.stdout.splitlines() if line.startswith(" ")]
 
 
@@ -158,16 +158,17 @@ def test_quiet_and_verbose(bad: Path, tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert (tmp_path / "quiet" / "report.json").is_file()
     done = graben("repair", bad, "-v", "--dry-run")
-    assert "MiB" in done.stdout
+    assert "[3/3] repair: weld" in done.stderr
+    assert re.search(r"; [0-9.]+ s, \d+ MB\.$", done.stdout, re.M)
 
 
 def test_names_made_to_break_a_terminal_or_a_path(tmp_path: Path) -> None:
     faults = tuple(Fault(doubled(name, 3000.0 * k)) for k, name in enumerate([*EVIL, "../../up"]))
     path = write_model(Model(EVIL[2], (), faults), tmp_path / "in")
     done = graben("repair", path, "-v", "-o", tmp_path / "out")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "\x1b" not in done.stdout
-    assert "\u202e" not in done.stdout
+    assert done.returncode == 0
+    assert "\x1b" not in done.stdout + done.stderr
+    assert "\u202e" not in done.stdout + done.stderr
     names = [f["name"] for f in json.loads((tmp_path / "out" / "report.json").read_text())["faults"]]
     assert names == [*EVIL, "../../up"]
     assert (
@@ -232,7 +233,7 @@ def test_faults_that_share_no_depth_are_cut_over_the_full_range(tmp_path: Path) 
     path = write_model(Model("apart", (), tuple(map(Fault, faults))), tmp_path / "in")
     done = graben("repair", path, "--blocks", "-o", tmp_path / "out")
     assert done.returncode == 0
-    assert "the full range of the model, whose faults share no depths" in done.stdout
+    assert "the full range of the model, whose faults share no depths" in " ".join(done.stdout.split())
     told = json.loads((tmp_path / "out" / "report.json").read_text())["blocks"]
     levels = np.concatenate([f.vertices[:, 2] for f in faults])
     assert (told["depths"], told["top"], told["bottom"]) == ("full", levels.max(), levels.min())
@@ -248,7 +249,7 @@ def test_blocks_that_cannot_be_made_are_told_and_change_no_exit_code(tmp_path: P
     jsonschema.validate(report, schemas()["report.json"])
     reason = report["blocks"]["reason"]
     assert "crosses itself" in reason
-    assert f"No fault blocks: {reason}" in done.stdout
+    assert f"No fault blocks: {reason}" in " ".join(done.stdout.split())
     assert reason in html.unescape((tmp_path / "out" / "report.html").read_text())
     assert not (tmp_path / "out" / "blocks").exists()
 

@@ -140,7 +140,7 @@ CASES = {
     ),
     "points with letters": Case(("line 3", "'x'"), h=changed(POINTS, "0,1,", "0,x,")),
     "points cut short": Case(("line 101",), h=POINTS[: POINTS.rindex(",")]),
-    "points without the column Z": Case(("line 1", "Z"), h=changed(POINTS, "Z", "depth")),
+    "points without the column Z": Case(("line 1", "Z"), h=changed(POINTS, "Z", "amplitude")),
     "points with a header alone": Case(("no points",), h="X,Y,Z\n"),
     "points in one line": Case(("one line",), h="1 1 1\n2 2 2\n3 3 3\n4 4 4\n"),
     "two points": Case(("three points",), h="1 1 1\n2 5 2\n"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import runpy
 import shlex
 import subprocess
 import sys
@@ -14,8 +13,9 @@ import pytest
 
 from graben.settings import ModelFile
 from graben.validators.registry import CHECKS
+from tests import pages
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = pages.ROOT
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 #: One screen of a terminal window that fills the display.
@@ -23,7 +23,7 @@ LINES = 80
 
 
 def blocks(language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+    return [block.text for block in pages.blocks(README) if block.language == language]
 
 
 def commands() -> list[list[str]]:
@@ -93,13 +93,6 @@ def test_links_lead_to_files(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#\s]+)", text):
         if not target.startswith("https://"):
             assert (page.parent / target).exists(), target
-
-
-def test_the_pages_of_checks_say_what_the_registry_says() -> None:
-    pages = runpy.run_path(str(ROOT / "docs" / "collect_checks.py"))
-    for path, content in pages["pages"]().items():
-        text = path.read_text(encoding="utf-8")
-        assert text == pages["filled"](text, content), f"{path.name}: run docs/collect_checks.py"
 
 
 def test_every_check_has_a_page_with_a_picture() -> None:

@@ -106,11 +106,19 @@ def _defect(
     closed = [names[k] for k in smallest.faults]
     by = f"{closed[0]} alone" if len(closed) == 1 else f"{', '.join(closed[:-1])} and {closed[-1]}"
     which = "closed" if len(around) == 1 else "the smallest closed"
-    advice = ": each part has fixed nodes enough to be modeled." if held else ", or reduce gamma there."
+    if held:
+        remedy = "Nothing: each part that the cuts enclose has fixed nodes enough to be modeled."
+    elif all(len(cycle.faults) == 1 for cycle in around):
+        remedy = "Smooth the horizon beside the fault there, or reduce gamma."
+    else:
+        remedy = (
+            f"Leave a gap in one of the faults of {'the' if len(around) == 1 else 'each'} cycle, or reduce "
+            "gamma there."
+        )
     return Defect(
         (horizon,),
         f"The cut graph of {horizon} has {plural(len(around), 'cycle')}, {which} by {by} around {area}.",
-        f"Leave a gap in one of the faults of {'the' if len(around) == 1 else 'each'} cycle{advice}",
+        remedy,
         count=len(around),
         value=float(smallest.face.area),
         unit=square,

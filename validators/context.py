@@ -169,6 +169,8 @@ class Evidence:
         Where faults of the complex meet.
     errors : mapping
         Why something is missing, as the provider put it: by the horizon's name, "" for the complex.
+    places : mapping
+        Where, (x, y, z) in the model's frame, by the same names; missing where that is not known.
     blocking : tuple of Finding
         The failures that modeling cannot live with.
     horizons : tuple of str
@@ -180,6 +182,7 @@ class Evidence:
     anchors: Mapping[str, tuple[Anchoring, ...]] = field(default_factory=lambda: MappingProxyType({}))
     contacts: tuple[Contact, ...] = ()
     errors: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    places: Mapping[str, tuple[float, float, float]] = field(default_factory=lambda: MappingProxyType({}))
     blocking: tuple[Finding, ...] = ()
     horizons: tuple[str, ...] = ()
 
@@ -201,11 +204,14 @@ class CheckContext:
         Names of the surfaces with finite coordinates and indices in range: others are not looked at.
     evidence : Evidence
         What was computed so far.
+    asked : frozenset of str or None
+        Names of the surfaces that a check of single surfaces shall look at; None for all.
     """
 
     model: Model
     sound: frozenset[str] = frozenset()
     evidence: Evidence = Evidence()
+    asked: frozenset[str] | None = None
 
     @property
     def contact(self) -> float:
@@ -223,18 +229,26 @@ class CheckContext:
 
     @property
     def horizons(self) -> tuple[Horizon, ...]:
-        """The sound horizons."""
-        return tuple(h for h in self.model.horizons if h.name in self.sound)
+        """The sound horizons that are asked for."""
+        return tuple(h for h in self.model.horizons if self._is_asked(h.name))
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """The sound faults."""
-        return tuple(f for f in self.model.faults if f.name in self.sound)
+        """The sound faults that are asked for."""
+        return tuple(f for f in self.model.faults if self._is_asked(f.name))
 
     @property
     def surfaces(self) -> tuple[Surface, ...]:
-        """All sound surfaces: horizons, then faults."""
-        return tuple(s for s in self.model.surfaces if s.name in self.sound)
+        """All sound surfaces that are asked for: horizons, then faults."""
+        return tuple(s for s in self.model.surfaces if self._is_asked(s.name))
+
+    @property
+    def sound_faults(self) -> tuple[Fault, ...]:
+        """The sound faults, those that are not asked for as well."""
+        return tuple(f for f in self.model.faults if f.name in self.sound)
+
+    def _is_asked(self, name: str) -> bool:
+        return name in self.sound and (self.asked is None or name in self.asked)
 
     def traced(self) -> Sequence[tuple[Horizon, CutGraph]]:
         """Return the horizons that have a cut graph, with it."""
@@ -270,6 +284,8 @@ class Check:
         What it works on: where that is missing it is skipped.
     stage : Need or None
         After what it runs, where that is more than it needs.
+    long : bool
+        Whether it takes so long on a large horizon that the next stage is made ready beside it.
     faults_only : bool
         Whether it looks at faults alone.
     severity : Severity
@@ -293,6 +309,7 @@ class Check:
     run: Callable[[CheckContext], list[Defect]]
     need: Need = Need.SURFACES
     stage: Need | None = None
+    long: bool = False
     faults_only: bool = False
     severity: Severity = Severity.FAIL
     leniency: str = ""

@@ -6,7 +6,7 @@ import numpy as np
 
 from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
 from graben.finding import Element
-from graben.model import Horizon
+from graben.model import UNFIT, Horizon
 from graben.surface import Surface
 from graben.validators.context import Check, CheckContext, Defect, Scope
 from graben.validators.measuring.measures import part_at, plural
@@ -21,9 +21,9 @@ def usable(coordinates: FloatArray) -> BoolArray:
 
 
 def _run(context: CheckContext) -> list[Defect]:
-    found = [_surface(s) for s in context.model.surfaces]
-    flawed = {d.objects[0] for d in found if d is not None}
-    found += [_picks(h) for h in context.model.horizons if h.name not in flawed]
+    picks = {h.name: _picks(h) for h in context.model.horizons}
+    # Of points that are no places the points are told, not the surface through the others.
+    found = [picks.pop(s.name, None) or _surface(s) for s in context.model.surfaces]
     return [d for d in found if d is not None]
 
 
@@ -81,10 +81,11 @@ def _picks(horizon: Horizon) -> Defect | None:
         return None
     places = _finite_part(horizon.picks[wrong], _middle(horizon.picks))
     verb = "has" if len(wrong) == 1 else "have"
+    told = "".join(f" {note}" for note in horizon.notes if UNFIT in note)
     return Defect(
         (horizon.name,),
         f"{plural(len(wrong), 'point')} of {horizon.name} {verb} a coordinate that is no place (not a "
-        "number, infinite, or a mark for undefined).",
+        f"number, infinite, or a mark for undefined).{told}",
         "Remove these points from the horizon's file.",
         count=len(wrong),
         value=float(len(wrong)),

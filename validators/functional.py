@@ -33,7 +33,7 @@ def _run(context: CheckContext) -> list[Defect]:
 
 def _points(context: CheckContext, horizon: Horizon, steepest: float) -> Defect | None:
     """Return the input points of a horizon that cannot be one function of x and y."""
-    concerned, worst = cliffs(context.model, horizon, context.faults, steepest)
+    concerned, worst = cliffs(context.model, horizon, context.sound_faults, steepest)
     if worst is None:
         return None
     length = f" {context.unit}" if context.unit else ""

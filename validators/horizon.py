@@ -101,6 +101,7 @@ CHECK = Check(
     "wrong side or runs along the fault, the throw is a guess.",
     _run,
     need=Need.GRAPH,
+    long=True,
     leniency="filled holes, near-parallel stretches, stray picks and a gamma less than the smear warn",
     tolerance=Tolerance(
         "least slope of a horizon along a fault's dip, over the fault's own, that is nearly parallel",

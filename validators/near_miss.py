@@ -68,7 +68,7 @@ def _defect(pair: tuple[str, str], stretches: Sequence[Stretch], unit: str) -> D
     worst = _worst(gaps or stubs)
     return Defect(
         pair,
-        " ".join(sentences),
+        " ".join([*sentences, *_which(gaps or stubs, unit)]),
         f"{', and '.join(remedies)}; where it is meant so, accept the pair under [[contacts]].",
         count=len(stretches),
         value=worst.size,
@@ -98,6 +98,15 @@ def _sizes(stretches: Sequence[Stretch], unit: str) -> str:
     if greatest - least <= _ALIKE * greatest:
         return amount(_worst(stretches).size, unit)
     return f"{amount(least)} to {amount(greatest, unit)}"
+
+
+def _which(stretches: Sequence[Stretch], unit: str) -> list[str]:
+    """Return the sentence that says which of several sizes stands as the worst, with its place."""
+    least, greatest = min(s.least for s in stretches), max(s.greatest for s in stretches)
+    if greatest - least <= _ALIKE * greatest:
+        return []
+    told = "least distance" if stretches[0].label is RimLabel.GAP else "longest part"
+    return [f"The worst given is the {told}, {amount(_worst(stretches).size, unit)}."]
 
 
 def _along(stretches: Sequence[Stretch], unit: str) -> str:

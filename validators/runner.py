@@ -10,18 +10,18 @@ from graben.arrays import FloatArray
 from graben.complexes import Complex
 from graben.cutgraph import CutGraph
 from graben.errors import ModelingError
-from graben.finding import CheckResult, Finding, Profile, Status, Worst
+from graben.finding import CheckResult, Finding, Profile, Status
 from graben.model import Model
 from graben.validators.context import (
     Anchoring,
     Check,
     CheckContext,
-    Defect,
     Evidence,
     Need,
     Providers,
     Severity,
 )
+from graben.validators.course import Course
 from graben.validators.measuring.contacts import Contact, KnownContacts, contacts
 from graben.validators.registry import CHECKS
 
@@ -64,18 +64,17 @@ def run_checks(
     """
     checks = [c for c in CHECKS if warning is None or c.severity is not Severity.WARN or c.id in warning]
     names = tuple(h.name for h in model.horizons)
-    context = CheckContext(model, frozenset(), Evidence(horizons=names))
-    said: dict[str, list[Finding]] = {}
+    course = Course(checks, profile, CheckContext(model, frozenset(), Evidence(horizons=names)))
     for need in (n for n in Need if n <= through):
-        context = _supplied(context, providers, need, known)
-        for check in checks:
-            if (check.stage or check.need) is need:
-                said[check.id], blocking = _findings(check, context, profile)
-                evidence = context.evidence
-                context = replace(context, evidence=replace(evidence, blocking=evidence.blocking + blocking))
-                if check.id == "finite":
-                    unfit = {name for f in said[check.id] for name in f.objects}
-                    context = replace(context, sound=frozenset(s.name for s in model.surfaces) - unfit)
+        if need is Need.GRAPH:
+            course.join()
+        course.context = _supplied(course.context, providers, need, known)
+        if need is Need.ANCHORS:
+            course.join()
+            course.context = _unblocked(course.context)
+        course.run(need)
+    course.join()
+    context, said = course.context, course.said
     order = {s.name: k for k, s in enumerate(model.surfaces)}
     findings: list[Finding] = []
     for check in (c for c in checks if (c.stage or c.need) <= through):
@@ -107,6 +106,7 @@ def _supplied(
             met = contacts([f.surface for f in model.faults], shape, context.contact, known)
         evidence = replace(evidence, complex=shape, contacts=met, errors=MappingProxyType(errors))
         return replace(context, evidence=evidence)
+    places = dict(evidence.places)
     graphs: dict[str, CutGraph] = dict(evidence.graphs)
     anchors: dict[str, tuple[Anchoring, ...]] = dict(evidence.anchors)
     if need in (Need.GRAPH, Need.ANCHORS) and evidence.complex is not None:
@@ -120,46 +120,26 @@ def _supplied(
                     anchors[horizon.name] = providers.anchoring(model, horizon, graphs[horizon.name])
             except ModelingError as error:
                 errors[horizon.name] = str(error)
+                if error.place is not None:
+                    places[horizon.name] = error.place
     evidence = replace(
         evidence,
         graphs=MappingProxyType(graphs),
         anchors=MappingProxyType(anchors),
         errors=MappingProxyType(errors),
+        places=MappingProxyType(places),
     )
     return replace(context, evidence=evidence)
 
 
-def _findings(
-    check: Check, context: CheckContext, profile: Profile
-) -> tuple[list[Finding], tuple[Finding, ...]]:
-    """Return the findings of a check, and those of them that block modeling."""
-    defects = check.run(context)
-    findings = [_finding(check, d, profile) for d in defects]
-    return findings, tuple(f for f, d in zip(findings, defects, strict=True) if d.blocks)
-
-
-def _finding(check: Check, defect: Defect, profile: Profile) -> Finding:
-    severity = defect.severity or check.severity
-    warns = severity is Severity.WARN or (severity is Severity.RELAXED and profile is Profile.EXTENDED)
-    worst = None
-    if defect.value is not None and defect.place is not None:
-        x, y, z = (float(c) for c in defect.place)
-        worst = Worst(float(defect.value), defect.unit, x, y, z)
-    return Finding(
-        check.id,
-        Status.WARN if warns else Status.FAIL,
-        defect.objects,
-        int(defect.count),
-        worst,
-        defect.message,
-        defect.remedy,
-        check.repairable,
-        defect.elements,
-        defect.places,
-        defect.element,
-        defect.paths,
-        defect.parts,
-    )
+def _unblocked(context: CheckContext) -> CheckContext:
+    """Return the context without what was made ready for horizons that turned out to be blocked meanwhile."""
+    evidence = context.evidence
+    gone = [name for name in evidence.graphs if evidence.blocked(name)]
+    anchors = {name: own for name, own in evidence.anchors.items() if name not in gone}
+    errors = {name: why for name, why in evidence.errors.items() if name not in gone}
+    evidence = replace(evidence, anchors=MappingProxyType(anchors), errors=MappingProxyType(errors))
+    return replace(context, evidence=evidence)
 
 
 def _empty(check: Check, context: CheckContext) -> Finding:

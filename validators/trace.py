@@ -14,6 +14,7 @@ from graben.finding import Element, Part
 from graben.model import Fault, Horizon
 from graben.proximity import nearest
 from graben.surface import Surface
+from graben.validators.apart import far_horizons, fault_like, too_coarse, too_wide
 from graben.validators.context import Check, CheckContext, Defect, Need, Scope, Severity
 from graben.validators.measuring.measures import amount, plural
 from graben.validators.measuring.reach import reach_of
@@ -32,12 +33,19 @@ _OFF_RIM = 0.5
 _AT_TRACE = 2.0
 #: What a part is called where a fault ends too early up or down dip.
 TOO_SHORT = "fault too short"
+_NONE_CUTS = " No fault of the model cuts any: every horizon stays as it is."
 #: A fault is too short along so many steps of its trace at least: what planes say of less is uncertain.
 _SHORT_ALONG = 1.0
 
 
 def _run(context: CheckContext) -> list[Defect]:
-    found = [_failed(h, context.evidence.errors[h.name]) for h in context.horizons if _untraced(context, h)]
+    evidence = context.evidence
+    found = [
+        _failed(h, evidence.errors[h.name], evidence.places.get(h.name))
+        for h in context.horizons
+        if _untraced(context, h)
+    ]
+    found += far_horizons(context)
     traced = context.traced()
     if traced and len(traced) == len(context.model.horizons):
         cutting = np.unique(np.concatenate([_met(graph) for _, graph in traced]))
@@ -46,13 +54,15 @@ def _run(context: CheckContext) -> list[Defect]:
             for k, f in enumerate(context.model.faults)
             if k not in cutting and not any(_short(context, h, g, f) for h, g in traced)
         ]
-        found += [_idle(surface, [h.surface for h, _ in traced], context.unit) for surface in idle]
+        alone = len(idle) == len(context.model.faults)
+        found += [_idle(surface, [h.surface for h, _ in traced], context.unit, alone) for surface in idle]
     for horizon, graph in traced:
         ends = np.isin(graph.kinds, (NodeKind.EXIT, NodeKind.LOOSE)).any()
         parts = outline(horizon.surface) if ends else []
         for k, fault in enumerate(context.model.faults):
             objects = (horizon.name, fault.name)
             said = [_loose(context, horizon, graph, k, parts)]
+            said += [too_coarse(context, horizon, graph, k), too_wide(context, horizon, graph, k)]
             said += [judge(graph, k, objects, context.unit) for judge in (_pieces, _dropped)]
             said += [_short(context, horizon, graph, fault), _too_short(context, horizon, graph, k)]
             defects = [d for d in said if d is not None]
@@ -165,8 +175,8 @@ def _met(graph: CutGraph) -> IntArray:
     return np.concatenate([graph.faults, np.array([d.fault for d in graph.dropped], dtype=np.int64)])
 
 
-def _idle(fault: Surface, horizons: list[Surface], unit: str) -> Defect:
-    """Return the warning that a fault cuts nothing, with what tells why."""
+def _idle(fault: Surface, horizons: list[Surface], unit: str, alone: bool) -> Defect:
+    """Return the warning that a fault cuts nothing, and why; ``alone`` where no other cuts either."""
     points = np.concatenate([h.vertices for h in horizons])
     low, high = fault.vertices.min(axis=0), fault.vertices.max(axis=0)
     apart = np.maximum(np.maximum(points.min(axis=0) - high, low - points.max(axis=0)), 0.0)
@@ -182,8 +192,8 @@ def _idle(fault: Surface, horizons: list[Surface], unit: str) -> Defect:
         why = f"it ends {amount(value, unit)} before it reaches one"
     return Defect(
         (fault.name,),
-        f"{fault.name} cuts no horizon: {why}.",
-        "Check the sign of z, the unit and the coordinates of both, or leave the fault out.",
+        f"{fault.name} cuts no horizon: {why}." + (_NONE_CUTS if alone else ""),
+        "Check the sign of z, the unit and the coordinate system of both, or leave the fault out.",
         value=value,
         unit=unit,
         place=floats(place),
@@ -206,11 +216,16 @@ def _untraced(context: CheckContext, horizon: Horizon) -> bool:
     return horizon.name in context.evidence.errors and horizon.name not in context.evidence.graphs
 
 
-def _failed(horizon: Horizon, reason: str) -> Defect:
+def _failed(horizon: Horizon, reason: str, place: tuple[float, float, float] | None) -> Defect:
+    like = fault_like(horizon)
     return Defect(
         (horizon.name,),
-        f"The cut graph of {horizon.name} could not be made: {reason}",
-        "Look at the horizon and its faults at that place.",
+        f"The cut graph of {horizon.name} could not be made: {like or reason}",
+        "Name it under [[faults]]." if like else "Look at the horizon and its faults at that place.",
+        value=None if place is None else 1.0,
+        unit="" if place is None else "place",
+        place=None if place is None else floats(place),
+        places=floats([] if place is None else [place], -1, 3),
         blocks=True,
     )
 
@@ -319,6 +334,7 @@ CHECK = Check(
     "The horizon is cut along the trace: an end that lies nowhere has no guide to move along.",
     _run,
     need=Need.GRAPH,
+    long=True,
     leniency=(
         "several pieces only warn under extended; pieces left out, and faults that cut nothing or end too "
         "early, always warn"

@@ -13,13 +13,13 @@ from graben.cleaning.shaping.rim_chains import Ways, directed_chain, ways_on
 from graben.cleaning.shaping.trend import Trend, trend
 from graben.errors import GrabenError
 from graben.proximity import nearest
-from graben.surface import Surface, triangle_normals
+from graben.surface import Surface, triangle_dips, triangle_normals
 from graben.validators.measuring.rim_lines import unit
 
 #: The trend is taken from within so many edges, backwards from within the length of the extension if larger.
 _WINDOW = 2.5
-#: Ways that directions are smoothed and the curve is bent, tried in this order until nothing folds: the
-#: window over the first one, and the share of the curvature.
+#: Ways that directions are smoothed and the curve is bent, tried in this order until nothing folds or lies
+#: flat: the window over the first one, and the share of the curvature.
 _TRIES = ((1.0, 1.0), (1.0, 0.5), (2.0, 0.5), (2.0, 0.0), (4.0, 0.0))
 #: A length below this share of the edge is none.
 _NOTHING = 1e-6
@@ -27,6 +27,9 @@ _NOTHING = 1e-6
 _LONG, _SHORT = 1.6, 0.55
 #: Least cosine between the normal of a new triangle and that of the fault at the rim it grew from.
 _UNFOLDED = 0.3
+#: A new triangle that dips less than this share of the flattest one of the fault continues its roughness, not
+#: its course. A listric fault turns by less than that within the length of an extension.
+_FLAT = 0.5
 #: New vertices keep at least this share of the edge from the old triangles they do not belong to.
 _APART = 1e-3
 
@@ -52,6 +55,8 @@ class Extension:
         The greatest length, model units.
     folded : int
         How many of them fold over, or lie on the fault itself; a sound extension has none.
+    flat : int
+        How many dip less than half of what the flattest triangle of the fault does.
     """
 
     surface: Surface
@@ -60,6 +65,7 @@ class Extension:
     front: IntArray
     length: float
     folded: int = 0
+    flat: int = 0
 
 
 def extended(
@@ -114,9 +120,9 @@ def extended(
     best: Extension | None = None
     for smooth, bend in _TRIES:
         made = _grown(surface, chain, floats(far), h, smooth, bend, straight)
-        if best is None or made.folded < best.folded:
+        if best is None or (made.folded, made.flat) < (best.folded, best.flat):
             best = made
-        if made.folded == 0:
+        if made.folded == made.flat == 0:
             break
     assert best is not None
     return best
@@ -158,7 +164,9 @@ def _grown(
     patch = Surface(surface.name, whole.vertices[used], ints(corners.reshape(-1, 3)))
     new = ints(np.arange(len(surface.triangles), len(whole.triangles)))
     folded = _folded(surface, whole, triangles, chain, ways, h)
-    return Extension(whole, patch, new, front, float(far.max()), folded)
+    least = _FLAT * float(triangle_dips(surface.vertices, surface.triangles).min())
+    flat = int((triangle_dips(whole.vertices, triangles) < least).sum())
+    return Extension(whole, patch, new, front, float(far.max()), folded, flat)
 
 
 def _placed(curves: Trend, s: FloatArray) -> _Place:

@@ -77,7 +77,8 @@ def trend(
     width : float
         Its reach along the rim, at most the window: what lies beside tells less of the way on.
     bend : float
-        Share of the curvature to go on with, 0 to 1.
+        Share of the curvature to go on with, 0 to 1; with 0 a plane is fitted, whose slope few points or
+        rough ones tell far better.
     """
     size = np.linalg.norm(ways.way, axis=1)
     ahead = ways.way / size[:, None]
@@ -88,7 +89,7 @@ def trend(
     a, b, z = (np.einsum("ij,ij->i", offset, axis[row]) / reach for axis in (ahead, aside, ways.normal))
     weight = np.maximum(1.0 - a * a - (b * reach / width) ** 2, 0.0) ** 2
     terms = np.stack([a, b, a * a, a * b, b * b], axis=1)
-    slope, quadratic = _fitted(terms, z, weight, row, len(chain))
+    slope, quadratic = _fitted(terms, z, weight, row, len(chain), plane=bend == 0.0)
     steep = np.sqrt(1.0 + slope**2)
     tangent = (ahead + slope[:, None] * ways.normal) / steep[:, None]
     side = (ways.normal - slope[:, None] * ahead) / steep[:, None]
@@ -112,7 +113,7 @@ def _near(
 
 
 def _fitted(
-    terms: FloatArray, z: FloatArray, weight: FloatArray, row: IntArray, count: int
+    terms: FloatArray, z: FloatArray, weight: FloatArray, row: IntArray, count: int, *, plane: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Return the slope ahead and the quadratic term ahead of each fit, shape (count,) each."""
     normal, right = np.zeros((count, 5, 5)), np.zeros((count, 5))
@@ -120,7 +121,9 @@ def _fitted(
     np.add.at(right, row, (weight * z)[:, None] * terms)
     total = np.bincount(row, weight, minlength=count)
     points = np.bincount(row, weight > 0, minlength=count)
-    stiff = np.where(points >= _ENOUGH, _STIFF, 1.0 / _STIFF)[:, None] * np.array([0, 0, 1.0, 1.0, 1.0])
+    stiff = np.where((points >= _ENOUGH) & (not plane), _STIFF, 1.0 / _STIFF)[:, None] * np.array(
+        [0, 0, 1.0, 1.0, 1.0]
+    )
     normal += (np.maximum(total, 1.0)[:, None] * (stiff + 1e-12))[:, :, None] * np.eye(5)
     inverse = np.linalg.inv(normal)
     found = np.einsum("kij,kj->ki", inverse, right)

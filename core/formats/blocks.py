@@ -95,7 +95,7 @@ def write_blocks(
             if kind == "ts":
                 write_tsurf(path, [block.surface], z=z, unit=unit, crs=crs)
             else:
-                write_vtp(path, _outward(block.surface, z), z=z)
+                write_vtp(path, _outward(block.surface, z), z=z, unit=unit)
             names = (BETWEEN.join(block.faults), BETWEEN.join(block.neighbours))
             writer.writerow((block.name, path.name, block.volume, block.volume / whole, *names))
     return table

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from difflib import get_close_matches
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel, ValidationError
 
 from graben.errors import InputError
+from graben.formats.kinds import Kind, kind_of
 from graben.formats.text import load_bytes, shortened
 from graben.settings import (
     ContactRule,
@@ -45,21 +47,57 @@ def load_model_file(path: Path) -> ModelFile:
         first such key.
     """
     try:
-        text = load_bytes(path).decode("utf-8-sig")
+        text = _content(path).decode("utf-8-sig")
         keys = tomllib.loads(text)
     except UnicodeDecodeError as error:
         raise InputError(
             f"{path} is not UTF-8 text (byte {error.start}), as TOML must be; save it as UTF-8."
         ) from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path} is not valid TOML: {str(error).rstrip('.')}; correct it.") from None
+        held = _data_in(path)
+        if held:
+            raise InputError(
+                f"{path} holds {held}, not a model: graben init {path} -o model.toml writes one."
+            ) from None
+        raise InputError(f"{path} is not valid TOML: {_toml_words(error, text)}.") from None
     except RecursionError:
         raise InputError(f"{path} is not valid TOML: it is nested too deeply; correct it.") from None
     try:
         return ModelFile.model_validate(keys)
     except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
+        found = error.errors(include_url=False, include_context=False)
+        # A key that is spelled wrong is missing under its right name too: the first tells more.
+        unknown = [e for e in found if e["type"] == "extra_forbidden"]
+        first = next(iter(unknown or found))
         raise InputError(f"{path}: {_sentence(first, keys)}.") from None
+
+
+def _content(path: Path) -> bytes:
+    """Return the content of the file; one without anything says how a model is made."""
+    if path.is_file() and not path.read_bytes().strip():
+        raise InputError(f"{path} is empty: graben init FILES -o model.toml writes a model of your files.")
+    return load_bytes(path)
+
+
+def _data_in(path: Path) -> str:
+    """Return what surface data a file holds in truth; empty for what may be a model with a slip."""
+    if path.suffix.lower() == ".toml":
+        return ""
+    try:
+        kind = kind_of(path)
+    except InputError:
+        return ""
+    return "points" if kind is Kind.TABLE else f"data ({kind})"
+
+
+def _toml_words(error: tomllib.TOMLDecodeError, text: str) -> str:
+    """Return what is wrong with the TOML and the mend, without the full stop."""
+    said = str(error).rstrip(".")
+    number = re.search(r"at line (\d+)", said)
+    line = text.splitlines()[int(number[1]) - 1] if number else ""
+    if "\\" in line:
+        return f"{said}: a backslash begins an escape there; write / in paths, or put them in single quotes"
+    return f"{said}; correct it"
 
 
 def _sentence(error: ErrorDetails, keys: dict[str, Any]) -> str:

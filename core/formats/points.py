@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,13 +14,23 @@ from graben.errors import InputError
 from graben.formats.text import load_text, shortened
 
 _AXES = ("x", "y", "z")
+#: What programs call the three columns where not X, Y and Z; small letters and digits alone, without units.
+ALIASES = {
+    "x": ("utmx", "xutm", "easting", "eastings", "east", "xcoord", "xcoordinate", "coordx", "cdpx"),
+    "y": ("utmy", "yutm", "northing", "northings", "north", "ycoord", "ycoordinate", "coordy", "cdpy"),
+    "z": ("tvdss", "tvd", "depth", "elevation", "elev", "twt", "twtt", "zcoord", "zcoordinate", "zvalue"),
+}
+_UNIT = re.compile(r"[(\[].*?[)\]]|_(?:m|ft|ms)$")
+_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 _COMMENT = "#"
 
 
 def read_points(path: Path) -> FloatArray:
     """Read points: a CSV with a header and ``,`` or ``;``, or bare columns.
 
-    The columns X, Y, Z are found by name, in any case and order; without a header they are the first three.
+    The columns X, Y, Z are found by name, in any case and order, or by what programs call them: Easting,
+    UTM_X, Northing, UTM_Y, TVDSS, Depth, Elevation, TWT and the like, see ``ALIASES``. Without a header they
+    are the first three.
 
     Parameters
     ----------
@@ -66,6 +77,7 @@ def read_table(
     if not numbers:
         raise InputError(f"{path} holds no table; export the points again.")
     first = lines[numbers[0] - 1]
+    _reject_decimal_commas(first, numbers[0], path)
     separator = next((mark for mark in ";," if mark in first), None)
     if _is_row(first, separator):
         width = len(first.split(separator))
@@ -86,6 +98,17 @@ def read_table(
     return floats(table), ints(numbers)
 
 
+def _reject_decimal_commas(line: str, number: int, path: Path) -> None:
+    """Raise InputError where a line of bare columns has decimal commas, which would part columns."""
+    words = line.split()
+    if ";" not in line and len(words) > 2 and all(_DECIMAL_COMMA.fullmatch(word) for word in words[:3]):
+        mend = words[0].replace(",", ".")
+        raise InputError(
+            f"{path}, line {number}: X is {shortened(words[0])}, with a decimal comma; write decimal points, "
+            f"as in {mend}."
+        )
+
+
 def _is_comment(line: str) -> bool:
     return line.lstrip().startswith(_COMMENT)
 
@@ -104,17 +127,33 @@ def _places(
 ) -> list[int]:
     """Return the columns of a header that hold what is asked for."""
     names = [word.strip().strip('"').lower() for word in header]
-    for name in columns:
-        if name not in names:
-            found = ", ".join(shortened(word.strip()) for word in header[:8])
-            raise InputError(
-                f"{path}, line {number}: no column {name.upper()} in the header ({found}); name the columns "
-                "X, Y and Z, or leave the header out."
-            )
-        if names.count(name) > 1:
-            raise InputError(f"{path}, line {number}: the column {name.upper()} is there twice; rename one.")
+    found = [_place_of(name, names, header, number, path) for name in columns]
     more = [names.index(name) for name in optional if name in names]
-    return [names.index(name) for name in columns] + more[:1]
+    return found + more[:1]
+
+
+def _place_of(name: str, names: list[str], header: list[str], number: int, path: Path) -> int:
+    """Return the column of a header that is called so, or by a name that stands for it."""
+    if names.count(name) > 1:
+        raise InputError(f"{path}, line {number}: the column {name.upper()} is there twice; rename one.")
+    if name in names:
+        return names.index(name)
+    plain = ["".join(c for c in _UNIT.sub("", word) if c.isalnum()) for word in names]
+    alike = [k for k, word in enumerate(plain) if word == name or word in ALIASES.get(name, ())]
+    if len(alike) > 1:
+        both = " and ".join(shortened(header[k].strip()) for k in alike[:2])
+        raise InputError(
+            f"{path}, line {number}: the columns {both} may both be {name.upper()}; call the one that is "
+            f"meant {name.upper()}."
+        )
+    if not alike:
+        told = ", ".join(shortened(word.strip()) for word in header[:8])
+        raise InputError(
+            f"{path}, line {number}: no column {name.upper()} in the header ({told}); name the columns X, Y "
+            "and Z (Easting, Northing, Depth, TVDSS, Elevation and TWT are known too), or leave the header "
+            "out."
+        )
+    return alike[0]
 
 
 def _bad_row(
@@ -130,5 +169,8 @@ def _bad_row(
                 float(words[place])
             except ValueError:
                 found = shortened(words[place]) if words[place] else "empty"
+                if _DECIMAL_COMMA.fullmatch(words[place]):
+                    mend = "write decimal points, as in " + words[place].replace(",", ".")
+                    return number, f"{name.upper()} is {found}, with a decimal comma; {mend}"
                 return number, f"{name.upper()} is {found}, not a number; correct it"
     return numbers[0], "the rows from here on are no table of numbers; export the points again"

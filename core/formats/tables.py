@@ -50,6 +50,10 @@ def write_cutoffs(
 ) -> None:
     """Write cutoff lines: rows in pairs (hanging, foot) with the same s, throw and heave.
 
+    Names are written as they are, also those that a spreadsheet would take for a formula (``=``, ``+``, ``-``
+    or ``@`` at the beginning): it does so with quoted text as well, and with a mark before it a name would be
+    another one. Import the column as text there.
+
     Parameters
     ----------
     path : Path

@@ -9,14 +9,17 @@ import numpy as np
 
 from graben.formats.tsurf import Sign
 from graben.formats.tsurf_writer import in_convention
+from graben.formats.vtk_fields import add_fields
 from graben.surface import Surface
 
 
-def write_vtu(path: Path, surfaces: Sequence[Surface], *, z: Sign = "elevation") -> None:
+def write_vtu(
+    path: Path, surfaces: Sequence[Surface], *, z: Sign = "elevation", unit: str = "", crs: str | None = None
+) -> None:
     """Write the triangles of surfaces as the cells of one grid.
 
-    The cell array ``surface`` is the place of a triangle's surface in the field array ``names``. Vertices
-    stay apart where surfaces meet.
+    The cell array ``surface`` is the place of a triangle's surface in the field array ``names``; others say
+    how z counts, the unit and the coordinate system. Vertices stay apart where surfaces meet.
 
     Parameters
     ----------
@@ -26,9 +29,10 @@ def write_vtu(path: Path, surfaces: Sequence[Surface], *, z: Sign = "elevation")
         Elevations, triangles that name vertices; written in the convention of ``z``.
     z : "elevation" or "depth"
         How the file counts z.
+    unit, crs : str
+        Unit of lengths and name of the coordinate system, where there are any.
     """
     import pyvista
-    from vtkmodules.vtkCommonCore import vtkStringArray
 
     starts = np.cumsum([0, *(len(s.vertices) for s in surfaces)])[:-1]
     points = [np.zeros((0, 3)), *(in_convention(s.vertices, z) for s in surfaces)]
@@ -36,10 +40,5 @@ def write_vtu(path: Path, surfaces: Sequence[Surface], *, z: Sign = "elevation")
     cells = np.concatenate([np.zeros((0, 3), dtype=np.int64), *triangles])
     mesh = pyvista.UnstructuredGrid({pyvista.CellType.TRIANGLE: cells}, np.concatenate(points))
     mesh.cell_data["surface"] = np.repeat(np.arange(len(surfaces)), [len(s.triangles) for s in surfaces])
-    # pyvista itself takes no names beyond ASCII.
-    names = vtkStringArray()
-    names.SetName("names")
-    for surface in surfaces:
-        names.InsertNextValue(surface.name)
-    mesh.GetFieldData().AddArray(names)
+    add_fields(mesh, [s.name for s in surfaces], z, unit, {} if crs is None else {"crs": crs})
     mesh.save(str(path))

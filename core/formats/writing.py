@@ -13,6 +13,7 @@ from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.errors import OutputError
 from graben.formats.irap import grid_surface, write_irap_ascii
 from graben.formats.names import file_names
+from graben.formats.numbers import rows_of_text
 from graben.formats.tsurf_writer import Feature, in_convention, write_tsurf
 from graben.model import Fault, GridGeometry, Horizon, Model
 from graben.surface import Surface
@@ -117,8 +118,9 @@ def written_horizon(model: Model, horizon: Horizon, folder: Path, stem: str) -> 
     elif len(horizon.picks):
         keys["file"] = f"{stem}.csv"
         keys["step"] = horizon.step
-        picks = in_convention(horizon.picks, model.z)
-        np.savetxt(folder / keys["file"], picks, "%.17g", delimiter=",", header="X,Y,Z", comments="")
+        rows = rows_of_text(in_convention(horizon.picks, model.z))
+        text = b"\n".join([b"X,Y,Z", *(row.replace(b" ", b",") for row in rows), b""])
+        (folder / keys["file"]).write_bytes(text)
     else:
         keys["file"] = f"{stem}.ts"
         keys["step"] = horizon.step

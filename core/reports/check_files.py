@@ -76,7 +76,7 @@ def require_targets(targets: Mapping[str, Path], model: Path) -> None:
         if place == os.path.realpath(model):
             raise OutputError(f"--{kind} {target} is the model itself: choose another name.")
         try:
-            require_replaceable(target, REPORTS[kind].ours)
+            require_replaceable(target, REPORTS[kind].ours, parents=True)
         except OutputError as error:
             raise OutputError(f"--{kind}: {error}") from error.__cause__
 
@@ -92,6 +92,6 @@ def write_reports(examination: Examination, targets: Mapping[str, Path]) -> byte
     contents = {kind: REPORTS[kind].text(examination).encode() for kind in targets}
     for kind, target in targets.items():
         if target != STDOUT:
-            require_replaceable(target, REPORTS[kind].ours)
+            require_replaceable(target, REPORTS[kind].ours, parents=True)
     write_whole({target: contents[kind] for kind, target in targets.items() if target != STDOUT})
     return b"".join(contents[kind] for kind, target in targets.items() if target == STDOUT)

@@ -13,8 +13,8 @@ from graben.reports.check_view3d import check_scene
 from graben.reports.check_words import counted, statuses, verdict
 from graben.reports.page import Picture, picture, rendered
 from graben.reports.scenery import Scenery
-from graben.reports.summary import plural
 from graben.validators.registry import CHECKS
+from graben.words import plural
 
 if TYPE_CHECKING:
     from graben.model import Model

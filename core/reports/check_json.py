@@ -28,6 +28,11 @@ def check_json(examination: Examination) -> str:
     return as_text({"schema": verdict["schema"], "model": examination.model.name, **verdict})
 
 
+def error_json(sentence: str, profile: str) -> str:
+    """Return the JSON of a check that could not be made: not passed, no findings, and ``error`` says why."""
+    return as_text({"schema": 1, "profile": profile, "passed": False, "findings": [], "error": sentence})
+
+
 def is_check_json(content: bytes) -> bool:
     """Return whether a file's content is a verdict that :func:`check_json` wrote."""
     found = parsed(content)

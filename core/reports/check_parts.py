@@ -11,9 +11,9 @@ from graben.reports.check_words import seen
 from graben.reports.marks import LETTERS, reach_of
 from graben.reports.scenery import Scenery
 from graben.reports.style import rounded
-from graben.reports.summary import plural
 from graben.validators.context import Check, Scope
 from graben.validators.registry import CHECKS
+from graben.words import plural
 
 if TYPE_CHECKING:
     from graben.surface import Surface

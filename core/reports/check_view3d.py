@@ -16,7 +16,7 @@ from graben.reports.check_words import seen
 from graben.reports.marks import COLOURS, Marks, spread
 from graben.reports.scene import FAULT_COLOURS, MOST_TRIANGLES, Group, Scene, Space, thinned_surface
 from graben.reports.scenery import Scenery
-from graben.reports.summary import plural
+from graben.words import plural
 
 #: Places, marked triangles and worst places that are drawn, all checks together.
 _MOST_POINTS, _MOST_MARKED, _MOST_WORST = 10_000, 8_000, 1_000

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from graben.finding import CheckResult, Finding, Part, Status
 from graben.reports.style import Frame, placed, rounded
-from graben.reports.summary import plural
+from graben.words import plural
 
 if TYPE_CHECKING:
     from graben.model import Model

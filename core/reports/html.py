@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from graben.modeling.results import HorizonResult
@@ -15,7 +16,7 @@ from graben.reports.ledger_rows import checks_both, ledger
 from graben.reports.model_files import ModelFiles
 from graben.reports.page import rendered
 from graben.reports.run_figures import RunFigures, Truth
-from graben.reports.run_notes import note_rows, notes, spots
+from graben.reports.run_notes import Note, note_rows, notes, spots
 from graben.reports.run_rows import (
     facts,
     key_figures,
@@ -26,17 +27,36 @@ from graben.reports.run_rows import (
     subdomain_rows,
     throw_row,
 )
+from graben.reports.scene import Scene
 from graben.reports.style import Frame
-from graben.reports.summary import horizon_line, plural, verdict
+from graben.reports.summary import horizon_line, verdict
 from graben.reports.view3d import run_space, scene
+from graben.words import plural
 
 if TYPE_CHECKING:
     from graben.pipeline import RunResult
+    from graben.reports.repair_moves import FaultChange
 
-__all__ = ["Truth", "report_html"]
+__all__ = ["Seen", "Truth", "report_html", "run_seen"]
 
 #: Bytes of the page, with plotly.js (4.8 MB), and of all pictures.
 _PAGE, _PICTURES = 9_700_000, 3_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What takes long of a report besides the pictures: the faults that changed, the notes, the 3D view."""
+
+    changed: list[FaultChange]
+    notes: list[Note]
+    view: Scene | None
+
+
+def run_seen(result: RunResult) -> Seen:
+    """Return the changed faults, the notes and the 3D view of a run."""
+    changed = [c for c in run_changes(result) if c.changed] if result.repairs else []
+    found = notes(result)
+    return Seen(changed, found, scene(result, {c.name: c.moves for c in changed}, spots(result, found)))
 
 
 def report_html(
@@ -45,6 +65,8 @@ def report_html(
     truth: Truth | None = None,
     whole: ModelFiles | None = None,
     tables: Sequence[str] = (),
+    seen: Seen | None = None,
+    made: str = "",
 ) -> str:
     """Return report.html of a run.
 
@@ -60,6 +82,10 @@ def report_html(
         The files written for the whole model, and why others were not.
     tables : sequence of str, optional
         Names of the tables written.
+    seen : Seen, optional
+        What :func:`run_seen` has made of it already.
+    made : str
+        When, if the page shall say so; it stands with the timings.
 
     Returns
     -------
@@ -73,9 +99,8 @@ def report_html(
         t for h in result.horizons if h.cutoffs for t in fault_throws(h, surfaces, result.model.tolerance)
     ]
     step = max((h.step for h in result.model.horizons), default=result.model.size / 100.0 or 1.0)
-    changed = [c for c in run_changes(result) if c.changed] if result.repairs else []
-    found = notes(result)
-    view = scene(result, {c.name: c.moves for c in changed}, spots(result, found))
+    seen = seen or run_seen(result)
+    changed, found, view = seen.changed, seen.notes, seen.view
     space = run_space(result)
     values: dict[str, Any] = {
         "title": told(result.model.name),
@@ -99,6 +124,7 @@ def report_html(
         **products(result, files, whole or ModelFiles(), tables),
         "parameters": parameters(result, frame),
         "timings": [(stage.replace("_", " "), f"{s:.3f}") for stage, s in result.timings.items()],
+        "made": made,
         "memory": f"{result.peak_memory_mb:.0f}",
     }
     empty: dict[str, Any] = {"maps": {}, "horizons": {}, "faults": {}, "stereonet": None, "convergence": None}

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ def run_report(result: RunResult, files: Files, whole: ModelFiles | None = None)
     factor = result.model.z_factor
     report = {
         "schema": 1,
+        "version": version("graben"),
         "model": result.model.name,
         "before": result.before.as_dict(),
         "repairs": [repair_entry(action, factor) for action in result.repairs],

@@ -23,7 +23,7 @@ def check_junit(examination: Examination) -> str:
     """Return the findings as JUnit XML: a testsuite for each check, a testcase for each finding.
 
     A finding that fails is a failure, one that warns passes with its text in system-out, a skipped one says
-    what it waits for. There are no times, so that the same model gives the same text.
+    what it waits for. The checks share their work, so that only the whole has a time: it stands at the root.
 
     Parameters
     ----------
@@ -39,20 +39,49 @@ def check_junit(examination: Examination) -> str:
     everything = result.counts()
     teller = Teller.of(examination.model)
     files = {s.name: str(s.file) for s in examination.model.surfaces if s.file is not None}
-    root = ET.Element(
-        "testsuites",
-        name="graben",
-        tests=str(len(result.findings)),
-        failures=str(everything[Status.FAIL]),
-        errors="0",
-    )
+    counts = everything[Status.FAIL], 0, everything[Status.SKIPPED]
+    root = ET.Element("testsuites", {"name": "graben", **_numbers(len(result.findings), *counts)})
+    root.set("time", _seconds(examination.seconds))
     for check in CHECKS:
         findings = result.of(check.id)
         if findings:
             _add_suite(root, check, findings, teller, files)
+    return _whole(root)
+
+
+def error_junit(sentence: str, model: str) -> str:
+    """Return the JUnit XML of a check that could not be made: one testcase with an error.
+
+    Parameters
+    ----------
+    sentence : str
+        Why.
+    model : str
+        What was to be checked.
+    """
+    numbers = _numbers(1, failures=0, errors=1, skipped=0)
+    root = ET.Element("testsuites", {"name": "graben", **numbers})
+    suite = ET.SubElement(root, "testsuite", {"name": "read", **numbers})
+    name = _line(model)
+    case = ET.SubElement(suite, "testcase", classname="graben.read", name=name, time=_seconds(0.0))
+    ET.SubElement(case, "error", message=_line(sentence), type="read").text = _fit(sentence)
+    return _whole(root)
+
+
+def _whole(root: ET.Element) -> str:
     ET.indent(root)
     body = ET.tostring(root, encoding="unicode")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{body}\n'
+
+
+def _numbers(tests: int, failures: int, errors: int, skipped: int) -> dict[str, str]:
+    """Return the attributes that a suite and all suites have alike."""
+    counts = {"tests": tests, "failures": failures, "errors": errors, "skipped": skipped}
+    return {**{name: str(count) for name, count in counts.items()}, "time": _seconds(0.0)}
+
+
+def _seconds(value: float) -> str:
+    return f"{value:.3f}"
 
 
 def is_check_junit(content: bytes) -> bool:
@@ -68,18 +97,12 @@ def _add_suite(
     root: ET.Element, check: Check, findings: tuple[Finding, ...], teller: Teller, files: Mapping[str, str]
 ) -> None:
     status = [f.status for f in findings]
-    suite = ET.SubElement(
-        root,
-        "testsuite",
-        name=check.id,
-        tests=str(len(findings)),
-        failures=str(status.count(Status.FAIL)),
-        errors="0",
-        skipped=str(status.count(Status.SKIPPED)),
-    )
+    counts = status.count(Status.FAIL), 0, status.count(Status.SKIPPED)
+    suite = ET.SubElement(root, "testsuite", {"name": check.id, **_numbers(len(findings), *counts)})
     for finding in findings:
         name = _line(", ".join(finding.objects) or check.id)
         case = ET.SubElement(suite, "testcase", classname=f"graben.{check.id}", name=name)
+        case.set("time", _seconds(0.0))
         if finding.status is Status.FAIL:
             failure = ET.SubElement(case, "failure", message=_line(finding.message), type=check.id)
             failure.text = _text(finding, check, teller, files)

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 from graben.finding import Status
 from graben.reports.check_parts import MOST_ROWS, counts, known_checks, sized, told
 from graben.reports.check_words import statuses
-from graben.reports.repair_words import TABLE_4, move_words, named, needed_words
+from graben.reports.plain import named
+from graben.reports.repair_words import TABLE_4, move_words, needed_words
 from graben.reports.style import Frame
-from graben.reports.summary import plural
+from graben.words import plural
 
 if TYPE_CHECKING:
     from graben.cleaning.ledger import Left, RepairAction

@@ -10,6 +10,7 @@ from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 
 from graben.arrays import FloatArray
+from graben.modeling.results import HorizonResult, TerminationType
 from graben.reports.style import FAULT, PAPER, Frame, nice
 
 if TYPE_CHECKING:
@@ -22,6 +23,8 @@ Window = tuple[float, float, float, float]
 HALO = withStroke(linewidth=2.5, foreground=PAPER)
 #: Hides lines and surfaces of a map.
 SIGNS = 7.0
+#: Colour of what did not converge.
+_OPEN = "#C00000"
 _SCALE_BAR = 0.22  # of the map's larger side
 
 
@@ -82,3 +85,16 @@ def north_arrow(axes: Axes) -> None:
         arrowprops={"arrowstyle": "-|>", "color": FAULT, "lw": 1.4, "shrinkA": 0, "shrinkB": 0},
         zorder=SIGNS + 1,
     )
+
+
+def mark_open(axes: Axes, result: HorizonResult) -> str:
+    """Mark where subdomains did not converge by crosses; return what to add to the title, if any did not."""
+    open_ = [s.termination for s in result.subdomains if s.termination.type is not TerminationType.CONVERGED]
+    if not open_:
+        return ""
+    places = [(t.x, t.y) for t in open_ if t.x is not None and t.y is not None]
+    if not places:
+        return ", not converged"
+    x, y = zip(*places, strict=True)
+    axes.plot(x, y, "P", ms=9, mfc=_OPEN, mec=PAPER, mew=0.8, ls="none", zorder=SIGNS + 2)
+    return f", not converged (at the red {'cross' if len(places) == 1 else 'crosses'})"

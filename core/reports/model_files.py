@@ -58,7 +58,7 @@ def write_model_files(result: RunResult, folder: Path, grids: Mapping[str, Float
     files = {"model": "model/model.toml"}
     if faults:
         files["faults"] = _FAULTS
-        write_vtu(folder / _FAULTS, faults, z=model.z)
+        write_vtu(folder / _FAULTS, faults, z=model.z, unit=model.unit, crs=model.crs)
     reason = obstacle(model.unit)
     if reason is not None:
         return ModelFiles(files, {"resqml": reason})

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version
 from typing import TYPE_CHECKING
 
-from graben.reports.images import data_address
+from graben.reports.images import Prints, data_address
 from graben.reports.scene import Scene
 
 if TYPE_CHECKING:
+    import jinja2
     from matplotlib.figure import Figure
 
-_LARGEST_FIGURE = 300_000
+LARGEST_FIGURE = 300_000
 
 
 @dataclass(frozen=True)
@@ -25,7 +28,7 @@ class Picture:
 
 def picture(figure: Figure, alt: str, caption: str, budget: int, drawing: bool = True) -> Picture:
     """Return a figure as a picture of about ``budget`` bytes; ``drawing`` as of :func:`data_address`."""
-    return Picture(data_address(figure, min(budget, _LARGEST_FIGURE), drawing), alt, caption)
+    return Picture(data_address(figure, min(budget, LARGEST_FIGURE), drawing), alt, caption)
 
 
 class Room:
@@ -45,21 +48,26 @@ class Room:
     def __init__(self, most: int, count: int) -> None:
         self.left, self.count, self.refused = max(most, 0), count, 0
 
+    def share(self, weight: int = 1) -> int:
+        """Return the bytes that the next picture may take, of so many shares."""
+        return min(int(self.GENEROUS * weight * self.left / max(self.count, weight)), LARGEST_FIGURE)
+
     def picture(
-        self, figure: Figure, alt: str, caption: str, drawing: bool = True, weight: int = 1
+        self, prints: Prints, alt: str, caption: str, drawing: bool = True, weight: int = 1
     ) -> Picture | None:
-        """Return a figure as a picture, or None where there is no room for it.
+        """Return a figure as a picture, or None where there is no figure or no room for it.
 
         ``weight`` is the number of shares that it may take; other parameters as of :func:`picture`.
         """
-        share = int(self.GENEROUS * weight * self.left / max(self.count, weight))
+        if prints.known.area is None:
+            return None
+        source = prints.address(self.share(weight), drawing) or ""
         self.count -= weight
-        made = picture(figure, alt, caption, share, drawing)
-        if len(made.source) > self.left:
+        if len(source) > self.left:
             self.refused += 1
             return None
-        self.left -= len(made.source)
-        return made
+        self.left -= len(source)
+        return Picture(source, alt, caption)
 
 
 def rendered(template: str, scene: Scene | None, **values: object) -> str:
@@ -74,21 +82,15 @@ def rendered(template: str, scene: Scene | None, **values: object) -> str:
     **values
         What the template shows; texts are escaped there.
     """
-    import jinja2
     from markupsafe import Markup
     from plotly.offline import get_plotlyjs
 
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("graben.reports"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = _environment()
     source = environment.loader.get_source if environment.loader else None
     assert source is not None
     page = environment.get_template(template).render(
         **values,
+        version=version("graben"),
         scene=scene,
         colourings=[(k, c["label"]) for k, c in scene.colourings.items()] if scene else [],
         css=Markup(source(environment, "report.css")[0]),
@@ -97,3 +99,17 @@ def rendered(template: str, scene: Scene | None, **values: object) -> str:
         plotly=Markup(get_plotlyjs()),
     )
     return page + "\n"
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    """Return what knows the templates; it keeps those that it has compiled."""
+    import jinja2
+
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader("graben.reports"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )

@@ -18,7 +18,7 @@ from graben.cutgraph import NodeKind
 from graben.modeling.products import cutoff_polygons
 from graben.modeling.results import Cutoff, HorizonResult
 from graben.reports.along_strike import fitted_name, title
-from graben.reports.map_parts import HALO, Window, bounds, north_arrow, scale_bar
+from graben.reports.map_parts import HALO, Window, bounds, mark_open, north_arrow, scale_bar
 from graben.reports.style import (
     FAULT,
     FOOT,
@@ -88,7 +88,7 @@ def map_figure(result: HorizonResult, frame: Frame, window: Window | None = None
     scale_bar(axes, window, extent, frame)
     north_arrow(axes)
     part = "" if window == bounds(points[:, :2]) else ", detail at the faults"
-    axes.set_title(f"{title(result.name)}: {frame.z_name}{part}")
+    axes.set_title(f"{title(result.name)}: {frame.z_name}{part}{mark_open(axes, result)}")
     _legend(figure, result, frame)
     return figure
 

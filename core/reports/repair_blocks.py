@@ -13,11 +13,11 @@ from graben.errors import ModelingError
 from graben.formats.blocks import TABLE, block_files
 from graben.model import Model
 from graben.reports.check_parts import MOST_ROWS, told
-from graben.reports.repair_words import named
+from graben.reports.plain import named
 from graben.reports.style import Frame, placed, rounded
-from graben.reports.summary import plural
 from graben.surface import Surface, triangle_normals
 from graben.validators.finite import usable
+from graben.words import plural
 
 #: Cubic metres from which on volumes are told in cubic kilometres.
 _LARGE = 1e8

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from graben.reports.repair_blocks import BlocksMade
 
 
-def write_repair(result: RepairResult, folder: Path, blocks: BlocksMade | None = None) -> None:
+def write_repair(
+    result: RepairResult, folder: Path, blocks: BlocksMade | None = None, *, began: float | None = None
+) -> None:
     """Write model.toml with the files of its surfaces, report.json, report.html and the fault blocks.
 
     Parameters
@@ -32,6 +34,8 @@ def write_repair(result: RepairResult, folder: Path, blocks: BlocksMade | None =
         Where to write; made where it is missing, files of the same names are replaced.
     blocks : BlocksMade, optional
         Of :func:`graben.reports.repair_blocks.blocks_of`; they go into a folder of their own.
+    began : float, optional
+        When the work began, by ``time.perf_counter``, so that its reading counts in the total.
     """
     begin = time.perf_counter()
     write_repaired(result.input, result.model, folder)
@@ -41,7 +45,8 @@ def write_repair(result: RepairResult, folder: Path, blocks: BlocksMade | None =
     page = repair_html(result, changes, files=True, blocks=blocks)
     (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
     writing = time.perf_counter() - begin
-    timings = {"repair": result.seconds, "write": writing, "total": result.seconds + writing}
+    total = result.seconds + writing if began is None else time.perf_counter() - began
+    timings = {"repair": result.seconds, "write": writing, "total": total}
     text = as_text(repair_report(result, changes, timings, blocks))
     (folder / "report.json").write_text(text, encoding="utf-8", newline="\n")
 

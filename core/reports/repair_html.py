@@ -16,14 +16,15 @@ from graben.reports.check_words import verdict as check_verdict
 from graben.reports.fault_rows import fault_row, origin
 from graben.reports.ledger_rows import checks_both, ledger
 from graben.reports.page import Picture, rendered
+from graben.reports.plain import named
 from graben.reports.repair_blocks import BlocksMade, blocks_rows
 from graben.reports.repair_figures import fault_picture
 from graben.reports.repair_moves import FaultChange, fault_changes
 from graben.reports.repair_scene import repair_scene
-from graben.reports.repair_words import named, repair_verdict
+from graben.reports.repair_words import repair_verdict
 from graben.reports.scenery import Scenery
 from graben.reports.style import Frame, rounded
-from graben.reports.summary import plural
+from graben.words import plural
 
 if TYPE_CHECKING:
     from graben.repairs import RepairResult

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from graben.reports.json_report import left_entry, repair_entry, strict
@@ -43,6 +44,7 @@ def repair_report(
     plain: dict[str, Any] = strict(
         {
             "schema": 1,
+            "version": version("graben"),
             "model": result.input.name,
             "before": result.before.as_dict(),
             "repairs": [repair_entry(action, factor) for action in result.actions],

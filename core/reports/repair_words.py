@@ -9,15 +9,14 @@ from graben.finding import Status
 from graben.reports.check_parts import sized
 from graben.reports.check_words import Teller, seen
 from graben.reports.check_words import verdict as check_verdict
+from graben.reports.plain import PAGE, counts, fitted, folded, more, named
 from graben.reports.style import Frame, rounded
-from graben.reports.summary import plural
+from graben.words import plural
 
 if TYPE_CHECKING:
     from graben.cleaning.ledger import Left, RepairAction
     from graben.repairs import RepairResult
 
-#: So many lines of one kind are listed without -v, and so many names in one.
-_MOST, _MOST_NAMES = 20, 6
 #: Moves below this share of the distance at which things are told apart are rounding.
 _NOISE = 1e-8
 #: What a defect leads to where it is modeled all the same, and what a person should do (paper, Table 4).
@@ -105,68 +104,111 @@ def needed_words(left: Left) -> str:
     return "" if left.needed is None else f"{rounded(left.needed)} {left.unit}".rstrip()
 
 
-def named(objects: Sequence[str]) -> str:
-    """Return names in one line, not without end."""
-    more = len(objects) - _MOST_NAMES
-    return ", ".join(objects[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
-
-
 def repair_summary(
-    result: RepairResult, *, verbose: bool = False, plan: bool = False, blocks: str = ""
+    result: RepairResult,
+    *,
+    verbose: bool = False,
+    plan: bool = False,
+    blocks: str = "",
+    seconds: float | None = None,
 ) -> str:
-    """Return a repair in lines of plain text for a terminal: what was done, fault by fault, and what is left.
+    """Return a repair in lines of plain text for a terminal or a mail: what was done, and what is left.
 
     Parameters
     ----------
     result : RepairResult
         A finished repair.
     verbose : bool
-        List everything, and how long it took.
+        List each change and each thing that is left, in one line each, and how long it took.
     plan : bool
         Whether nothing was written: say so.
     blocks : str
         What to say of the fault blocks, where they were asked for.
+    seconds : float, optional
+        How long it took from the start of the command; default how long the repair took.
     """
     teller = Teller.of(result.input)
-    most = None if verbose else _MOST
-    lines = [repair_verdict(result)]
-    if plan:
-        lines.append("This is the plan: nothing was written.")
-    lines.append(f"Model {result.input.name}, profile {result.after.profile}.")
-    lines.append(f"Before: {check_verdict(result.before)}")
-    if result.actions:
-        lines += [f"After:  {check_verdict(result.after)}", "", "Changes", *_actions(result, teller, most)]
-    if result.left:
-        lines += ["", "Left", *_left(result, teller, most)]
-    if blocks:
-        lines += ["", blocks]
+    head = _head(result, plan, result.seconds if seconds is None else seconds)
+    each, ending = _actions(result, teller), ["", blocks] if blocks else []
     if verbose:
-        lines += ["", f"{result.seconds:.1f} s, largest memory {result.peak_memory_mb:.0f} MiB."]
-    return "\n".join(map(seen, lines))
+        left = [f"  {line}" for line in _left(result.left, teller)]
+        lines = [*head, *_titled("Changes", each), *_titled("Left", left), *ending]
+        return "\n".join(map(seen, lines))
+
+    def whole(changes: list[str], most: int) -> list[str]:
+        """Return all lines with at most so many things of a kind, but one at least; none is too long."""
+        most = max(most, 1)
+        shown = [line for text in changes[:most] for line in folded(seen(text), _indent(text))]
+        top, end = (
+            [line for text in texts for line in folded(seen(text)) or [""]] for texts in (head, ending)
+        )
+        titled = _titled("Changes", [*shown, *more(len(changes), most, "  ")])
+        return [*top, *titled, *_left_lines(result, teller, most), *end]
+
+    lines = whole(each, len(each))
+    counted = _counted_actions(result, teller)
+    return "\n".join(lines if len(lines) <= PAGE else fitted(lambda most: whole(counted, most)))
 
 
-def _actions(result: RepairResult, teller: Teller, most: int | None) -> list[str]:
-    """Return the changes grouped by the faults they are about, in the order of the first of each."""
-    groups: dict[tuple[str, ...], list[RepairAction]] = {}
-    for action in result.actions[:most]:
-        groups.setdefault(action.objects, []).append(action)
+def _head(result: RepairResult, plan: bool, seconds: float) -> list[str]:
+    """Return the verdict, what it is of and what it cost, and the verdicts of the checks."""
+    head = [repair_verdict(result)]
+    if plan:
+        head.append("This is the plan: nothing was written.")
+    cost = f"{rounded(seconds)} s, {result.peak_memory_mb:.0f} MB"
+    head.append(f"Model {result.input.name}, profile {result.after.profile}; {cost}.")
+    head.append(f"Before: {check_verdict(result.before)}")
+    return head + ([f"After:  {check_verdict(result.after)}"] if result.actions else [])
+
+
+def _indent(text: str) -> str:
+    return text[: len(text) - len(text.lstrip())]
+
+
+def _left_lines(result: RepairResult, teller: Teller, most: int) -> list[str]:
+    """Return what is left under a title, at most so much of it."""
+    told = [line for text in _left(result.left[:most], teller) for line in folded(seen(text), "  ")]
+    checks = counts(left.check for left in result.left)
+    return _titled(f"Left (see report): {checks}", [*told, *more(len(result.left), most, "  ")])
+
+
+def _titled(title: str, lines: list[str]) -> list[str]:
+    return ["", title, *lines] if lines else []
+
+
+def _counted_actions(result: RepairResult, teller: Teller) -> list[str]:
+    """Return a line for the changes of each fault or group of faults: how many of each kind, how far."""
     lines = []
-    for objects, actions in groups.items():
+    for objects, actions in _by_objects(result).items():
+        move = move_words(max(a.max_move for a in actions), teller.frame, teller.step)
+        far = f"moves up to {move}" if move else "no vertex moved"
+        lines.append(f"  {named(objects)}: {counts(a.action for a in actions)}; {far}")
+    return lines
+
+
+def _by_objects(result: RepairResult) -> dict[tuple[str, ...], list[RepairAction]]:
+    """Return the changes by the faults they are about, in the order of the first of each."""
+    groups: dict[tuple[str, ...], list[RepairAction]] = {}
+    for action in result.actions:
+        groups.setdefault(action.objects, []).append(action)
+    return groups
+
+
+def _actions(result: RepairResult, teller: Teller) -> list[str]:
+    """Return every change under the faults that it is about."""
+    lines = []
+    for objects, actions in _by_objects(result).items():
         lines.append(f"  {named(objects)}")
         lines += [f"    {a.action} ({a.check}): {action_words(a, teller)}" for a in actions]
-    return lines + _more(len(result.actions), most)
+    return lines
 
 
-def _left(result: RepairResult, teller: Teller, most: int | None) -> list[str]:
+def _left(notes: Sequence[Left], teller: Teller) -> list[str]:
+    """Return what is left and why; what to do for several alike is said once, after the last of them."""
     lines = []
-    for left in result.left[:most]:
+    for k, left in enumerate(notes):
         why, advice = left_words(left, teller)
-        lines.append(f"  {left.check}, {named(left.objects) or 'the model'}: {why}")
-        lines += [f"    To do: {advice}"] if advice else []
-    return lines + _more(len(result.left), most)
-
-
-def _more(count: int, most: int | None) -> list[str]:
-    if most is None or count <= most:
-        return []
-    return [f"  and {count - most} more: -v and report.json list them."]
+        lines.append(f"{left.check}, {named(left.objects) or 'the model'}: {why}")
+        if advice and advice not in (note.advice for note in notes[k + 1 :]):
+            lines.append(f"To do: {advice}")
+    return lines

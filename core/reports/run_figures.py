@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from graben.arrays import FloatArray
+from graben.beside import shared
 from graben.modeling.results import HorizonResult
 from graben.modeling.throws import FaultThrow
 from graben.reports.check_parts import told
 from graben.reports.convergence import run_convergence_figure
 from graben.reports.figures import throw_figure
+from graben.reports.images import Printed, Prints
 from graben.reports.juxtaposition import juxtaposition_figure
 from graben.reports.page import Picture, Room
 from graben.reports.plan_map import detail_window, map_figure
 from graben.reports.section import section_figure, section_place
 from graben.reports.stereonet import stereonet_figure
 from graben.reports.style import Frame
+from graben.reports.thinning import MOST_DRAWN
 from graben.reports.throw_profiles import throw_profile_figure
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from graben.pipeline import RunResult
+    from graben.surface import Surface
 
 #: True throws at the rows of the cutoffs of each horizon, where a truth is known.
 Truth = Mapping[str, Sequence[FloatArray]]
@@ -33,6 +41,21 @@ _SECTION, _MARGIN = 2.0, 2.0
 _MOST_SECTIONS = 4
 #: Horizons with maps, horizons with sections, and faults with figures of their own.
 _MOST_MAPS, _MOST_HORIZONS, _MOST_FAULTS = 24, 16, 24
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """A picture to come.
+
+    ``draw`` returns its figure, or None where there is nothing to draw; ``alt`` and ``caption`` as of
+    :class:`Picture`, ``drawing`` and ``weight`` as of :meth:`Room.picture`.
+    """
+
+    draw: Callable[[], Figure | None]
+    alt: str
+    caption: str
+    drawing: bool = True
+    weight: int = 1
 
 
 class RunFigures:
@@ -71,26 +94,56 @@ class RunFigures:
 
     def all(self) -> dict[str, Any]:
         """Return every picture: those of horizons and faults by their names, and two of the whole run."""
-        stereonet = stereonet_figure([f.surface for f in self.result.repaired.faults])
-        found: dict[str, Any] = {"stereonet": None, "convergence": None}
-        found["maps"] = {h.name: self._maps(h) for h in self.result.horizons if h.name in self.mapped}
-        if stereonet is not None:
-            alt = "Equal-area net of the poles of the faults with mean planes, and a rose of their strikes."
-            said = "Lower hemisphere, equal area: poles of fault triangles, mean planes; strikes by area."
-            found["stereonet"] = self.room.picture(stereonet, alt, said, drawing=False)
-        course = run_convergence_figure(self.result.horizons, self.result.model.tolerance, self.frame)
-        if course is not None:
-            alt = "Largest change of the cutoffs in each iteration, a line for each subdomain."
-            said = "Largest change ε of a cut node in each iteration; a line for each subdomain."
-            found["convergence"] = self.room.picture(course, alt, said)
-        found["horizons"] = {
-            h.name: self._horizon(h) for h in self.result.horizons if h.name in self.sectioned
+        sketches = self._sketches()
+        made = self._pictures([sketch for own in sketches.values() for sketch in own])
+        ends = iter(made)
+        pictures = {key: [p for _ in own if (p := next(ends)) is not None] for key, own in sketches.items()}
+        found: dict[str, Any] = {
+            key: next(iter(pictures[key, ""]), None) for key in ("stereonet", "convergence")
         }
-        surfaces = {f.name: f.surface for f in self.result.repaired.faults}
-        found["faults"] = {name: self._fault(surfaces[name]) for name in self.drawn if name in surfaces}
+        found["maps"] = {name: own for (kind, name), own in pictures.items() if kind == "map"}
+        # The first section and the throw along each cutoff, then the other sections.
+        found["horizons"] = {
+            name: {"figures": [*own[:1], *pictures["throw", name]], "more": own[1:]}
+            for (kind, name), own in pictures.items()
+            if kind == "section"
+        }
+        found["faults"] = {name: own for (kind, name), own in pictures.items() if kind == "fault"}
         return found
 
-    def _maps(self, result: HorizonResult) -> list[Picture]:
+    def _sketches(self) -> dict[tuple[str, str], list[Sketch]]:
+        """Return what is to be drawn, by its kind and the name of a horizon or fault, in the room's order."""
+        results = self.result.horizons
+        found = {("map", h.name): self._maps(h) for h in results if h.name in self.mapped}
+        found["stereonet", ""] = [self._stereonet()]
+        found["convergence", ""] = [self._convergence()]
+        for h in results:
+            if h.name in self.sectioned:
+                found["section", h.name] = self._sections(h)
+                found["throw", h.name] = [self._throws(h)]
+        surfaces = {f.name: f.surface for f in self.result.repaired.faults}
+        for name in self.drawn:
+            if name in surfaces:
+                found["fault", name] = self._fault(surfaces[name])
+        return found
+
+    def _pictures(self, sketches: Sequence[Sketch]) -> list[Picture | None]:
+        """Return the pictures, drawn by two processes on a horizon that is large.
+
+        What each may take of the room is known only when those before it are drawn. There they are drawn as
+        if all came first, and again where that is too large or too small.
+        """
+        known: list[Printed] | list[None] = [None] * len(sketches)
+        if sum(len(h.first) for h in self.result.horizons) > MOST_DRAWN:
+            known = shared([partial(_printed, sketch, self.room.share(sketch.weight)) for sketch in sketches])
+        return [
+            self.room.picture(
+                Prints(sketch.draw, printed), sketch.alt, sketch.caption, sketch.drawing, sketch.weight
+            )
+            for sketch, printed in zip(sketches, known, strict=True)
+        ]
+
+    def _maps(self, result: HorizonResult) -> list[Sketch]:
         drawing = len(result.surface.triangles) <= _DRAWN
         faults = list(dict.fromkeys(c.fault for c in result.cutoffs))
         name = told(result.name)
@@ -98,25 +151,36 @@ class RunFigures:
         cut = f", cut by {told(', '.join(faults))}" if faults else ""
         caption = f"{name}: contours of {self.frame.z_name}."
         caption += " Numbers along the faults: throw." if faults else " No fault cuts it."
-        figure = map_figure(result, self.frame)
-        pictures = [self.room.picture(figure, f"{what}{cut}.", caption, drawing, _MAP)]
+        draw = partial(map_figure, result, self.frame)
+        sketches = [Sketch(draw, f"{what}{cut}.", caption, drawing, _MAP)]
         window = detail_window(result, _MARGIN * self._gamma(result))
         if window is not None:
-            detail, alt = map_figure(result, self.frame, window), f"{what}, detail at the faults."
-            pictures.append(self.room.picture(detail, alt, "The same, at the faults.", drawing, _MAP))
-        return [p for p in pictures if p is not None]
+            alt, caption = f"{what}, detail at the faults.", "The same, at the faults."
+            sketches.append(Sketch(partial(draw, window), alt, caption, drawing, _MAP))
+        return sketches
 
-    def _horizon(self, result: HorizonResult) -> dict[str, list[Picture]]:
-        """Return the first section and the throw along each cutoff, then the other sections."""
-        sections = self._sections(result)
+    def _stereonet(self) -> Sketch:
+        draw = partial(stereonet_figure, [f.surface for f in self.result.repaired.faults])
+        alt = "Equal-area net of the poles of the faults with mean planes, and a rose of their strikes."
+        said = "Lower hemisphere, equal area: poles of fault triangles, mean planes; strikes by area."
+        return Sketch(draw, alt, said, drawing=False)
+
+    def _convergence(self) -> Sketch:
+        tolerance = self.result.model.tolerance
+        draw = partial(run_convergence_figure, self.result.horizons, tolerance, self.frame)
+        alt = "Largest change of the cutoffs in each iteration, a line for each subdomain."
+        said = "Largest change ε of a cut node in each iteration; a line for each subdomain."
+        return Sketch(draw, alt, said)
+
+    def _throws(self, result: HorizonResult) -> Sketch:
+        """Return the throw along each cutoff."""
+        truth = self.truth.get(result.name, ())
+        known = " Dotted: the true throw." if len(truth) else ""
+        draw = partial(throw_figure, result, self.frame, truth)
         alt = f"Throw of {told(result.name)} along its cutoffs."
-        figure = throw_figure(result, self.frame, self.truth.get(result.name, ()))
-        known = " Dotted: the true throw." if len(self.truth.get(result.name, ())) else ""
-        throw = self.room.picture(figure, alt, f"Throw and heave along each trace.{known}")
-        first = [*sections[:1], *([throw] if throw is not None else [])]
-        return {"figures": first, "more": sections[1:]}
+        return Sketch(draw, alt, f"Throw and heave along each trace.{known}")
 
-    def _sections(self, result: HorizonResult) -> list[Picture]:
+    def _sections(self, result: HorizonResult) -> list[Sketch]:
         """Return a section across each fault where its throw is largest, the fault of largest throw first."""
         names = dict.fromkeys(c.fault for c in result.cutoffs)
         places = [
@@ -125,37 +189,44 @@ class RunFigures:
             if (place := section_place(result, name, self._gamma(result, name))) is not None
         ]
         places.sort(key=lambda place: -abs(float(place[0].throw[place[1]])))
-        pictures = []
+        sketches = []
         for cutoff, row in places[:_MOST_SECTIONS]:
             half = _SECTION * self._gamma(result, cutoff.fault)
-            figure = section_figure(result, cutoff, row, self.result.repaired.faults, self.frame, half)
+            draw = partial(section_figure, result, cutoff, row, self.result.repaired.faults, self.frame, half)
             throw, fault = self.frame.length(float(cutoff.throw[row])), told(cutoff.fault)
             alt = f"Vertical section of {told(result.name)} across {fault} near its largest throw, {throw}."
             caption = f"Section across {fault} near its largest throw, off other faults."
-            pictures.append(self.room.picture(figure, alt, caption))
-        return [p for p in pictures if p is not None]
+            sketches.append(Sketch(draw, alt, caption))
+        return sketches
 
-    def _fault(self, surface: Any) -> list[Picture]:
-        """Return the throw profile of a fault, and what meets across it where it cuts several horizons."""
-        name = told(surface.name)
-        pictures = []
-        cutting = {h.name for h in self.result.horizons for c in h.cutoffs if c.fault == surface.name}
-        profile = throw_profile_figure(self.result.horizons, surface, self.frame)
-        if profile is not None and len(cutting) > 1:
-            alt = f"Throw along the strike of {name}, a line for each horizon."
-            said = (
-                "Throw along strike, a line for each horizon. Rings: ends with throw, at exits and junctions."
-            )
-            pictures.append(self.room.picture(profile, alt, said))
-        allan = juxtaposition_figure(self.result.horizons, surface, self.frame)
-        if allan is not None:
-            alt = f"Allan diagram of {name}: cutoffs of both walls, and which layers meet across it."
-            said = "Allan diagram: layers of the footwall filled, of the hanging wall hatched."
-            pictures.append(self.room.picture(allan, alt, said))
-        return [p for p in pictures if p is not None]
+    def _fault(self, surface: Surface) -> list[Sketch]:
+        """Return the throw profile of a fault that cuts several horizons, and what meets across it."""
+        if len({h.name for h in self.result.horizons for c in h.cutoffs if c.fault == surface.name}) < 2:
+            return []
+        name, given = told(surface.name), (self.result.horizons, surface, self.frame)
+        profile = "Throw along strike, a line for each horizon."
+        return [
+            Sketch(
+                partial(throw_profile_figure, *given),
+                f"Throw along the strike of {name}, a line for each horizon.",
+                f"{profile} Rings: ends with throw, at exits and junctions.",
+            ),
+            Sketch(
+                partial(juxtaposition_figure, *given),
+                f"Allan diagram of {name}: cutoffs of both walls, and which layers meet across it.",
+                "Allan diagram: layers of the footwall filled, of the hanging wall hatched.",
+            ),
+        ]
 
     def _gamma(self, result: HorizonResult, fault: str | None = None) -> float:
         """Return gamma of one fault or the largest on a horizon, model units."""
         faults = [f for f in self.result.repaired.faults if fault in (None, f.name)]
         gammas = (self.result.model.gamma(f, result.horizon) for f in faults)
         return max(gammas, default=4.0 * result.horizon.step)
+
+
+def _printed(sketch: Sketch, most: int) -> Printed:
+    """Return what drawing a picture of about ``most`` bytes comes to."""
+    prints = Prints(sketch.draw)
+    prints.address(most, sketch.drawing)
+    return prints.known

@@ -17,8 +17,8 @@ from graben.reports.marks import COLOURS
 from graben.reports.scene import Space
 from graben.reports.shapes import drawable
 from graben.reports.style import Frame, rounded
-from graben.reports.summary import plural
 from graben.reports.view3d import Spot
+from graben.words import plural
 
 if TYPE_CHECKING:
     from graben.pipeline import RunResult

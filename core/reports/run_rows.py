@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from graben.finding import CheckResult, Status
@@ -13,12 +14,12 @@ from graben.reports.check_parts import MOST_ROWS, told
 from graben.reports.curve import curve
 from graben.reports.json_report import Files
 from graben.reports.model_files import ModelFiles
+from graben.reports.plain import named
 from graben.reports.repair_moves import FaultChange
-from graben.reports.repair_words import named
 from graben.reports.run_notes import spot, termination_place
 from graben.reports.scene import Space
 from graben.reports.style import Frame, rounded
-from graben.reports.summary import plural
+from graben.words import plural
 
 if TYPE_CHECKING:
     from graben.pipeline import RunResult
@@ -41,18 +42,9 @@ def key_figures(
     result: RunResult, throws: Sequence[FaultThrow], changed: Sequence[FaultChange], frame: Frame
 ) -> list[tuple[str, str, str]]:
     """Return what stands out: a label, a value and a note each."""
-    every, made = len(result.model.horizons), len(result.horizons)
-    cut = sum(bool(h.cutoffs) for h in result.horizons)
-    rows = [("Horizons modeled", f"{made} of {every}", f"{cut} cut by faults")]
+    rows = [_modeled(result)]
     if throws:
-        most = max(throws, key=lambda t: abs(t.throw))
-        rows.append(
-            (
-                "Largest throw",
-                frame.length(most.throw),
-                f"{fitted_name(most.fault)} on {fitted_name(most.horizon)}",
-            )
-        )
+        rows.append(_largest(result, throws, frame))
         length = sum(t.length for t in throws)
         traces = plural(len(throws), "fault trace")
         rows.append(("Cutoffs", _far(length, frame), traces))
@@ -69,6 +61,26 @@ def key_figures(
         worst = max(s.cutoff.percent for s in scored)
         rows.append(("Error of the cutoffs", f"{rounded(worst)} %", "of the largest true throw"))
     return rows
+
+
+def _modeled(result: RunResult) -> tuple[str, str, str]:
+    """Return how many horizons are as they should be, and what the others are."""
+    good = sum(h.converged for h in result.horizons)
+    notes = [f"{sum(bool(h.cutoffs) for h in result.horizons)} cut by faults"]
+    if good < len(result.horizons):
+        notes.append(f"{len(result.horizons) - good} did not converge")
+    if result.not_modeled:
+        notes.append(f"{len(result.not_modeled)} not modeled")
+    return "Horizons modeled", f"{good} of {len(result.model.horizons)}", ", ".join(notes)
+
+
+def _largest(result: RunResult, throws: Sequence[FaultThrow], frame: Frame) -> tuple[str, str, str]:
+    """Return the largest throw of the horizons that converged; of others only, marked, where none did."""
+    final = {h.name for h in result.horizons if h.converged}
+    most = max(throws, key=lambda t: (t.horizon in final, abs(t.throw)))
+    mark = "" if most.horizon in final else ", not final"
+    where = f"{fitted_name(most.fault)} on {fitted_name(most.horizon)}{mark}"
+    return "Largest throw", frame.length(most.throw), where
 
 
 def _check_words(after: CheckResult, before: CheckResult) -> tuple[str, str]:
@@ -111,6 +123,14 @@ def settings(run: RunResult, result: HorizonResult, frame: Frame) -> str:
         gammas.setdefault(rounded(run.model.gamma(f, result.horizon)), []).append(f.name)
     words = [f"{gamma}{unit} around {named(names)}" for gamma, names in gammas.items()]
     return f"{step}; rebuilt within {', '.join(words)} (gamma)." if gammas else f"{step}."
+
+
+def _steps(result: RunResult, frame: Frame) -> list[tuple[str, str]]:
+    """Return the step and the gamma of each fault as they were used, horizons alike in one row."""
+    alike: dict[str, list[str]] = {}
+    for h in result.horizons:
+        alike.setdefault(settings(result, h, frame).rstrip("."), []).append(h.name)
+    return [(f"on {named(names)}", words) for words, names in alike.items()]
 
 
 def subdomain_rows(result: RunResult, space: Space | None, frame: Frame) -> dict[str, Any]:
@@ -255,14 +275,16 @@ def parameters(result: RunResult, frame: Frame) -> list[tuple[str, str]]:
     model, p = result.model, result.model.parameters
     given = "default: 10 times the largest gamma of a subdomain"
     rows = [
+        ("graben", version("graben")),
         ("model file", model.file.name if model.file else ""),
         ("theta", f"{p.theta:g}, share of bending energy"),
         ("length", given if p.length is None else frame.length(p.length)),
         ("gamma", "default: 4 steps of the horizon" if p.gamma is None else frame.length(p.gamma)),
+        *_steps(result, frame),
         ("tolerance", frame.length(model.tolerance)),
         ("max_iterations", str(p.max_iterations)),
         ("min_dip", f"{p.min_dip:g}°"),
         ("acceleration", "on" if p.acceleration else "off: the plain iteration of the paper"),
         ("coordinate system", model.crs or "not given"),
     ]
-    return [(key, told(value)) for key, value in rows if value]
+    return [(told(key), told(value)) for key, value in rows if value]

@@ -45,31 +45,42 @@ def check_sarif(examination: Examination) -> str:
         in the model file.
     """
     model, result = examination.model, examination.result
-    number = version("graben")
     teller = Teller.of(model)
     said = sorted(
         (f for f in result.findings if f.status in _LEVELS), key=lambda f: f.status is not Status.FAIL
     )
+    skipped = [_notification(f) for f in result.findings if f.status is Status.SKIPPED]
+    results = [_result(f, k, model, teller) for f, k in _numbered(said[:MOST_RESULTS])]
+    return _log(f"graben/{result.profile}/{model.name}/", result.profile, True, skipped, results)
+
+
+def error_sarif(sentence: str, profile: str) -> str:
+    """Return the log of a check that could not be made: no results, an execution that failed, and why."""
+    told = {"level": "error", "message": {"text": _plain(sentence)}}
+    return _log(f"graben/{profile}/", Profile(profile), False, [told], [])
+
+
+def _log(
+    name: str,
+    profile: Profile,
+    successful: bool,
+    notifications: list[dict[str, Any]],
+    results: list[dict[str, Any]],
+) -> str:
+    number = version("graben")
     run = {
         "tool": {
             "driver": {
                 "name": "graben",
                 "version": number,
                 "semanticVersion": number,
-                "rules": [_rule(check, result.profile) for check in CHECKS],
+                "rules": [_rule(check, profile) for check in CHECKS],
             }
         },
-        "automationDetails": {"id": f"graben/{result.profile}/{model.name}/"},
+        "automationDetails": {"id": name},
         "originalUriBaseIds": {BASE: {"description": {"text": "The folder of model.toml."}}},
-        "invocations": [
-            {
-                "executionSuccessful": True,
-                "toolExecutionNotifications": [
-                    _notification(f) for f in result.findings if f.status is Status.SKIPPED
-                ],
-            }
-        ],
-        "results": [_result(f, k, model, teller) for f, k in _numbered(said[:MOST_RESULTS])],
+        "invocations": [{"executionSuccessful": successful, "toolExecutionNotifications": notifications}],
+        "results": results,
         "columnKind": "unicodeCodePoints",
     }
     return as_text({"$schema": SCHEMA, "version": "2.1.0", "runs": [run]})

@@ -1,13 +1,15 @@
-"""What a run came to, in words."""
+"""What a run and its horizons came to, in words."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from graben.finding import Status
 from graben.modeling.results import HorizonResult, Subdomain, TerminationType
-from graben.reports.style import Frame, rounded
+from graben.reports.style import Frame
+from graben.words import plural
 
 if TYPE_CHECKING:
     from graben.pipeline import RunResult
@@ -38,55 +40,44 @@ def verdict(result: RunResult) -> str:
     return f"NOT PASSED: {'; '.join(reasons) or 'the run did not finish'}."
 
 
-def summary(result: RunResult, *, verbose: bool = False) -> str:
-    """Return a run in a few lines of plain text for a terminal.
-
-    Parameters
-    ----------
-    result : RunResult
-        A finished run.
-    verbose : bool
-        Name every subdomain and the seconds of every stage as well.
-    """
-    frame = Frame.of(result.model)
-    width = max((len(h.name) for h in result.model.horizons), default=0)
-    lines = [verdict(result)]
-    for h in result.horizons:
-        lines.append(f"  {h.name:<{width}}  {horizon_line(h, frame)}")
-        if verbose:
-            lines += [f"  {'':<{width}}    {_subdomain_line(s)}" for s in h.subdomains if s.iterations]
-    lines += [f"  {name:<{width}}  not modeled: {why}" for name, why in result.not_modeled.items()]
-    for status in (Status.FAIL, Status.WARN):
-        for f in result.after.findings:
-            if f.status is status:
-                lines.append(f"  {status}: {f.check}: {f.message} {f.remedy}".rstrip())
-    lines += [f"  note: {h.name}: {warning}" for h in result.horizons for warning in h.warnings]
-    if verbose:
-        lines += [f"  {stage}: {seconds:.3f} s" for stage, seconds in result.timings.items()]
-    if "total" in result.timings:
-        lines.append(f"  {rounded(result.timings['total'])} s, {result.peak_memory_mb:.0f} MB")
-    return "\n".join(lines)
-
-
 def horizon_line(result: HorizonResult, frame: Frame) -> str:
-    """Return how a horizon ended, in one line."""
+    """Return how a horizon ended, in one line; a throw of a horizon that did not converge is marked."""
     if not result.cutoffs:
         return "not cut"
     faults = plural(len({c.fault for c in result.cutoffs}), "fault")
-    iterations = plural(max((s.iterations for s in result.subdomains), default=0), "iteration")
-    course = f"{faults}, {iterations}, largest throw {frame.length(_throw(result))}"
-    open_ = [s for s in result.subdomains if s.termination.type is not TerminationType.CONVERGED]
+    throw = f"{faults}, largest throw {frame.length(_throw(result))}"
+    open_ = open_parts(result)
     if not open_:
-        return f"{course}, converged"
-    worst = max(open_, key=lambda s: s.termination.type).termination
-    part = f"{len(open_)} of {plural(len(result.subdomains), 'subdomain')} not converged"
-    return f"{course}, {part} (type {int(worst.type)}, {worst.name}): {worst.advice}".rstrip(" :")
+        most = max((s.iterations for s in result.subdomains), default=0)
+        return f"{throw}, converged in {plural(most, 'iteration')}"
+    worst = max(open_, key=lambda s: s.termination.type)
+    part = f"{len(open_)} of {plural(len(result.subdomains), 'subdomain')} did not converge"
+    return f"{throw} (not final), {part}: {ended_words(worst)}"
 
 
-def _subdomain_line(subdomain: Subdomain) -> str:
+def open_parts(result: HorizonResult) -> list[Subdomain]:
+    """Return the subdomains of a horizon that ended otherwise than with type 0."""
+    return [s for s in result.subdomains if s.termination.type is not TerminationType.CONVERGED]
+
+
+def ended_words(subdomain: Subdomain) -> str:
+    """Return how a subdomain ended, in plain words, with its type at the end.
+
+    >>> from graben.modeling.results import Termination
+    >>> t = Termination(TerminationType.PROJECTION_FAILURE, "projection failure", fault="F1")
+    >>> ended_words(Subdomain(0, ("F1",), 9, 5, 3, t))
+    'runs beyond the end of F1 (type 2)'
+    """
     t = subdomain.termination
-    size = f"{plural(subdomain.unknowns, 'unknown')}, {plural(subdomain.iterations, 'iteration')}"
-    return f"subdomain {subdomain.id} ({', '.join(subdomain.faults)}): {size}, type {int(t.type)}, {t.name}"
+    fault = t.fault or "its faults"
+    words = {
+        TerminationType.CONVERGED: "converged",
+        TerminationType.STAGNATION: f"does not come to rest at {fault}",
+        TerminationType.PROJECTION_FAILURE: f"runs beyond the end of {fault}",
+        TerminationType.VERTEX_REACHED: f"runs beyond the end of a rim or branch line of {fault}",
+    }
+    own = {"not anchored": "nothing holds it", "unstable": "its cuts lie too close to solve"}
+    return f"{own.get(t.name, words[t.type])} (type {int(t.type)})"
 
 
 def _throw(result: HorizonResult) -> float:
@@ -100,10 +91,7 @@ def _counted(names: Sequence[str], noun: str) -> str:
     return f"{plural(len(names), noun)} ({listed})"
 
 
-def plural(count: int, noun: str) -> str:
-    """Return a count with its noun.
-
-    >>> plural(1, "fault"), plural(2, "fault")
-    ('1 fault', '2 faults')
-    """
-    return f"{count} {noun}{'' if count == 1 else 's'}"
+def with_total(result: RunResult, seconds: float) -> RunResult:
+    """Return a run whose timings count from the start of the command, ``seconds`` ago; "read" is the rest."""
+    read = max(seconds - result.timings.get("total", 0.0), 0.0)
+    return replace(result, timings={"read": read, **result.timings, "total": seconds})

@@ -23,9 +23,9 @@ from graben.reports.scene import (
     thinned_surface,
 )
 from graben.reports.style import FOOT, HANGING, Frame
-from graben.reports.summary import plural
 from graben.reports.thinning import drawn
 from graben.surface import Surface
+from graben.words import plural
 
 if TYPE_CHECKING:
     from graben.pipeline import RunResult

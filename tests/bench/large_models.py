@@ -3,7 +3,7 @@
 All lie in one field of 30 by 52.8 km, cut into 11 rows of 6 cells. One fault of 10, two of 20 and three of 45
 leave the field at both ends, as in the replica of Chesapeake: each takes a row, and they part the field into
 2, 3 or 4 subdomains of about equal area. Each cell of the other rows holds one fault, two that cross, or
-none. The faults are those of the replicas (:mod:`tests.bench.replica_models`) and do not depend on the step,
+none. The faults are those of the replicas (:mod:`graben.replica_models`) and do not depend on the step,
 so that models of one number of faults differ in their nodes alone.
 
 `python -m tests.bench.large_models 1M 45 FOLDER` writes one.
@@ -23,9 +23,9 @@ from graben.demo import HORIZON
 from graben.formats.irap import write_irap_ascii
 from graben.formats.tsurf_writer import write_tsurf
 from graben.model import GridGeometry, Model
+from graben.replica_list import Replica
+from graben.replica_models import Cluster, Draft, Field, triangulated
 from graben.synthetic import REACH, SMEAR
-from tests.bench.replica_list import REPLICAS, Replica
-from tests.bench.replica_models import Cluster, Field, _Draft, _triangulated
 
 #: Step of the grid by number of nodes, m: 40,015, 248,536 and 992,071 nodes.
 STEPS = {"40k": 200.0, "250k": 80.0, "1M": 40.0}
@@ -57,7 +57,7 @@ class Sheet(Replica):
         return _ROWS
 
 
-class _Drawn(_Draft):
+class _Drawn(Draft):
     """The faults of a sheet: those that divide it in rows that are given, all others drawn."""
 
     def __init__(self, sheet: Sheet, random: np.random.Generator) -> None:
@@ -83,7 +83,7 @@ def large(nodes: str, faults: int, gamma: float = USUAL) -> Model:
 def large_field(nodes: str, faults: int, gamma: float = USUAL) -> Field:
     """Return a model with what is true of it; parameters as of :func:`large`."""
     step, sheet = STEPS[nodes], _sheet(nodes, faults)
-    made = [_triangulated(c) for c in _Drawn(sheet, np.random.default_rng(_SEED)).clusters()]
+    made = [triangulated(c) for c in _Drawn(sheet, np.random.default_rng(_SEED)).clusters()]
     clusters = tuple(c for c, _ in made)
     columns, rows = (round(extent / step) + 1 for extent in sheet.size)
     grid = GridGeometry(columns, rows, step, step, (0.0, 0.0))
@@ -118,7 +118,6 @@ def _sheet(nodes: str, faults: int) -> Sheet:
         intersections=CROSSINGS[faults],
         least_dip=_DIP,
         mean_dip=_DIP,
-        reported=REPLICAS["Chesapeake"].reported,
         across=_ACROSS,
         cell=_CELL,
         crossed=(0,) * len(DIVIDED[faults]),

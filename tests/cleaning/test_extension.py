@@ -223,3 +223,17 @@ def test_a_stretch_around_the_rim_is_closed() -> None:
     chain = stretch_chain(surface, surface.vertices[loop], 1e-3)
     assert chain[0] == chain[-1]
     assert set(chain.tolist()) == set(loop.tolist())
+
+
+@pytest.mark.parametrize("length", [60.0, 120.0, 300.0])
+def test_a_flat_last_row_is_not_continued_into_a_lid(length: float) -> None:
+    """Four rows that dip 40, 40, 40 and 18 degrees would be level a row further on."""
+    dips = np.radians([40.0, 40.0, 40.0, 18.0])
+    rows = np.vstack([[0.0, 0.0], np.cumsum(230.0 * np.column_stack([np.cos(dips), -np.sin(dips)]), axis=0)])
+    along = np.repeat(np.arange(12) * 200.0, len(rows))
+    points = np.column_stack([along, np.tile(rows, (12, 1))])
+    surface = Surface("F", points, grid_triangles(12, len(rows)))
+    made = extended(surface, ints(np.arange(12) * len(rows) + len(rows) - 1), length)
+    assert_sound(made, surface)
+    assert made.flat == 0
+    assert triangle_dips(made.patch.vertices, made.patch.triangles).min() > 18.0

@@ -13,7 +13,7 @@ from graben.cleaning import margin
 from graben.cleaning.shaping.rim_lengths import resting, rim_needs
 from graben.proximity import nearest
 from graben.settings import RepairSettings
-from graben.surface import Surface
+from graben.surface import Surface, triangle_areas
 from graben.validators.trace import TOO_SHORT
 from tests.cleaning.tasks import applied, found, proposed, task_of
 from tests.models import grid_triangles, model_of_demo
@@ -96,3 +96,23 @@ def test_a_rim_that_rests_on_another_fault_is_held() -> None:
     held = resting(surface, [wall], 1e-3)
     assert set(np.flatnonzero(held)) == set(np.flatnonzero(surface.vertices[:, 2] == -400.0))
     assert rim_needs(surface, floats([[500.0, 200.0, -400.0]]), floats([50.0]), held) == []
+
+
+@short_cases
+def test_it_goes_on_by_what_is_missing_and_a_stated_margin(case: Case) -> None:
+    task, (change,), _ = proposed(case.model, margin.REPAIR)
+    (step,) = change.steps
+    fault = task.fault("F")
+    needs = margin._missing(task, fault)[1]
+    edge = min(fault.surface.median_edge, *(h.step for h in task.model.horizons))
+    assert step.size == pytest.approx(1.2 * needs.max() + 0.3 * edge)
+
+
+@short_cases
+def test_the_ledger_says_what_else_the_fault_became(case: Case) -> None:
+    task, (change,), _ = proposed(case.model, margin.REPAIR)
+    before, (after,) = task.fault("F").surface, change.surfaces["F"]
+    areas = [triangle_areas(s.vertices, s.triangles).sum() for s in (before, after)]
+    assert f"its area grew by {100 * (areas[1] / areas[0] - 1):.2g} %" in change.steps[0].reason
+    flatter = Surface("F", after.vertices * [1.0, 1.0, 0.5], after.triangles)
+    assert "its least dip fell from" in margin._effects(before, flatter)

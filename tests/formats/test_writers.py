@@ -18,6 +18,8 @@ from graben.formats.names import file_names
 from graben.formats.tables import write_cutoffs
 from graben.formats.vtp import write_vtp
 from graben.formats.vtu import write_vtu
+from graben.formats.writing import written_horizon
+from graben.model import Horizon, Model
 from graben.surface import Surface
 
 
@@ -60,6 +62,42 @@ def test_vtp_carries_arrays_and_is_the_same_each_time(tmp_path: Path) -> None:
     assert (tmp_path / "a.vtp").read_bytes() == (tmp_path / "b.vtp").read_bytes()
 
 
+def test_vtk_files_say_what_they_hold(tmp_path: Path) -> None:
+    surface = Surface("Störung 1", np.eye(3) / 3, [[0, 1, 2]])
+    write_vtp(tmp_path / "a.vtp", surface, z="depth", unit="ft", notes={"side": "1 hanging, -1 foot"})
+    write_vtu(tmp_path / "a.vtu", [surface], unit="m", crs="EPSG:23031")
+    write_vtp(tmp_path / "b.vtp", surface, unit="none")
+    first, second, third = (pyvista.read(tmp_path / name).field_data for name in ("a.vtp", "a.vtu", "b.vtp"))
+    assert {key: first[key].tolist() for key in first} == {
+        "names": ["Störung 1"],
+        "z": ["depth, positive down"],
+        "unit": ["ft"],
+        "side": ["1 hanging, -1 foot"],
+    }
+    assert second["crs"].tolist() == ["EPSG:23031"] and second["z"].tolist() == ["elevation, positive up"]
+    assert "unit" not in third
+
+
+def test_names_that_look_like_formulas_stay_as_they_are(tmp_path: Path) -> None:
+    names = ["=1+1", "+F", "-F", "@F", '"=F"', "'F"]
+    zero, lips = floats([0.0]), floats([[0.0, 0.0, 0.0]])
+    lines = [Line(name, zero, lips, lips, zero, zero) for name in names]
+    write_cutoffs(tmp_path / "c.csv", lines)
+    with (tmp_path / "c.csv").open(encoding="utf-8", newline="") as stream:
+        assert [row["fault"] for row in csv.DictReader(stream)] == [n for n in names for _ in range(2)]
+
+
+def test_points_are_the_shortest_numbers_that_read_back(tmp_path: Path) -> None:
+    picks = np.array([[464772.1, 5933566.244, -1651.6], [1 / 3, 2.0, -1e-7]])
+    surface = Surface("H", picks, np.zeros((0, 3), dtype=int))
+    horizon = Horizon("H", surface, 50.0, picks=picks)
+    written_horizon(Model("M", (horizon,)), horizon, tmp_path, "h")
+    lines = (tmp_path / "h.csv").read_text().splitlines()
+    assert lines[:2] == ["X,Y,Z", "464772.1,5933566.244,-1651.6"]
+    read = [[float(word) for word in line.split(",")] for line in lines[1:]]
+    assert np.array_equal(read, picks)
+
+
 def test_geojson(tmp_path: Path) -> None:
     shapes = [
         (Polygon([(0, 0), (1, 0), (1 / 3, 1)]), {"fault": "Ä", "area": 0.5}),
@@ -82,6 +120,8 @@ def test_file_names() -> None:
     assert file_names(["a", "a-2", "A", "a"]) == ["a", "a-2", "A-3", "a-4"]
     long = file_names(["x" * 200, "x" * 90])
     assert long == ["x" * 80, "x" * 78 + "-2"]
+    # no file is hidden, none lies elsewhere
+    assert file_names(["../../etc/A/B\\C", ".", "..", ".F"]) == ["___.._etc_A_B_C", "_", "__", "_F"]
 
 
 @given(st.lists(st.text(min_size=1, max_size=100), max_size=12))
@@ -89,7 +129,8 @@ def test_file_names_differ_and_are_plain(names: list[str]) -> None:
     result = file_names(names)
     assert len({name.lower() for name in result}) == len(names)
     assert all(
-        len(name) <= 80 and all(c.isascii() and (c.isalnum() or c in "._-") for c in name) for name in result
+        len(name) <= 80 and name[0] != "." and all(c.isascii() and (c.isalnum() or c in "._-") for c in name)
+        for name in result
     )
 
 

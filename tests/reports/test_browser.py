@@ -198,6 +198,7 @@ def test_report_opens_draws_and_asks_for_nothing(browser: Any, folder: Path, nam
 def test_skip_link_and_focus_can_be_seen(browser: Any, folder: Path) -> None:
     from selenium.webdriver.common.keys import Keys
 
+    browser.get("about:blank")  # where the page is open already, something in it has been clicked
     opened(browser, page("run-cross", folder))
     browser.find_element("tag name", "body").send_keys(Keys.TAB)
     active = browser.switch_to.active_element

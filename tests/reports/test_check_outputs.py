@@ -24,6 +24,7 @@ from graben.reports.check_table import check_table
 from graben.reports.check_words import counted, seen, statuses, verdict
 from graben.reports.junit import check_junit, is_check_junit
 from graben.reports.places import MOST, check_places, is_check_places
+from graben.reports.plain import LINE, PAGE
 from graben.reports.sarif import check_sarif, is_check_sarif
 from graben.schema import schemas
 from graben.validators.registry import CHECKS, known_ids
@@ -61,9 +62,9 @@ def test_json_is_the_verdict_and_valid(examined: Examination) -> None:
 
 #: Elements with their attributes and children, each known to Jenkins, GitLab and the readers of GitHub.
 JUNIT = {
-    "testsuites": ({"name", "tests", "failures", "errors"}, {"testsuite"}),
-    "testsuite": ({"name", "tests", "failures", "errors", "skipped"}, {"testcase"}),
-    "testcase": ({"name", "classname"}, {"failure", "skipped", "system-out"}),
+    "testsuites": ({"name", "tests", "failures", "errors", "skipped", "time"}, {"testsuite"}),
+    "testsuite": ({"name", "tests", "failures", "errors", "skipped", "time"}, {"testcase"}),
+    "testcase": ({"name", "classname", "time"}, {"failure", "skipped", "system-out"}),
     "failure": ({"message", "type"}, set()),
     "skipped": ({"message"}, set()),
     "system-out": (set(), set()),
@@ -101,7 +102,9 @@ def test_junit_has_a_suite_for_each_check_and_a_case_for_each_finding(examined: 
             )
             if finding.remedy:
                 assert " ".join(finding.remedy.split()[:5]) in (said or "")
-    assert report.failures == examined.result.counts()[Status.FAIL]
+    counts = examined.result.counts()
+    assert (report.failures, report.skipped) == (counts[Status.FAIL], counts[Status.SKIPPED])
+    assert float(report.time) == pytest.approx(examined.seconds, abs=1e-3)
 
 
 def test_junit_writes_out_what_xml_does_not_allow(evil: Examination) -> None:
@@ -201,23 +204,43 @@ def test_each_kind_knows_its_own_and_no_other(evil: Examination) -> None:
 
 
 def test_the_table_tells_everything_in_lines_of_their_own(examined: Examination) -> None:
-    text = check_table(examined)
+    text = check_table(examined, verbose=True)
     lines = text.splitlines()
     assert lines[0] == verdict(examined.result)
     assert lines[0].startswith("PASSED" if examined.result.passed else "NOT PASSED")
-    assert lines[-1] == seen(counted(examined.result))
+    assert lines[-2] == seen(counted(examined.result))
     assert "\x1b" not in text
     assert all(line == line.rstrip() for line in lines)
     for finding in all_but_pass(examined):
-        assert seen(finding.message) in text
-        assert f"To do: {seen(finding.remedy)}" in text
-    assert [f.check for f in examined.result.findings if f.status is Status.FAIL] == re.findall(
-        r"^fail +(\S+)", text, re.MULTILINE
-    )
+        assert any(line.endswith(seen(finding.message)) for line in lines)
+        assert f"  To do: {seen(finding.remedy)}" in lines
+    failing = dict.fromkeys(f.check for f in examined.result.findings if f.status is Status.FAIL)
+    assert list(failing) == re.findall(r"^fail +(\S+),", text, re.MULTILINE)
+
+
+def test_without_v_the_table_fits_a_mail(examined: Examination) -> None:
+    lines = check_table(examined).splitlines()
+    assert all(len(line) <= LINE for line in lines)
+    assert " ".join(" ".join(lines).split()).startswith(verdict(examined.result))
+    for check in {f.check for f in examined.result.findings if f.status in (Status.FAIL, Status.WARN)}:
+        assert any(re.match(rf"(fail|warn) +{check},", line) for line in lines)
+
+
+def test_what_warns_is_cut_to_names_before_what_fails() -> None:
+    words = "A long sentence about what is wrong there and why it matters to those who read it. " * 5
+    warning = [
+        Finding(c, Status.WARN, ("F",), 1, None, words, f"Mend {c}.") for c in ("trace", "min-dip")
+    ] * 9
+    failing = Finding("junction", Status.FAIL, ("F", "G"), 1, None, words, "Mend it.")
+    lines = check_table(made((failing, *warning))).splitlines()
+    assert len(lines) <= PAGE
+    assert "warn    trace, 9 findings: F" in lines
+    assert "fail    junction, 1 finding" in lines
+    assert "To do: Mend min-dip." in " ".join(lines)
 
 
 def test_names_stay_what_they_are(evil: Examination) -> None:
-    text = check_table(evil)
+    text = check_table(evil, verbose=True)
     for name in EVIL:
         assert seen(name) in text
     assert "esc\\x1b[31m\\x07" in text
@@ -227,12 +250,12 @@ def test_names_stay_what_they_are(evil: Examination) -> None:
 @pytest.mark.parametrize("width", [40, 80, 200])
 def test_on_a_terminal_nothing_is_cut(evil: Examination, width: int) -> None:
     console = Console(file=io.StringIO(), width=width, force_terminal=True, color_system="standard")
-    shown = check_table(evil, console=console)
+    shown = check_table(evil, verbose=True, console=console)
     assert "\x1b[1;31mNOT PASSED" in shown
     plain = re.sub(r"\x1b\[[0-9;]*m", "", shown)
     assert all(len(line) <= width for line in plain.splitlines() if line.isascii())
-    # the longest name stands in its column and in the message, folded
-    assert sum(len(run) for run in re.findall("n{5,}", plain)) > 580
+    # the longest name is folded
+    assert sum(len(run) for run in re.findall("n{3,}", plain)) >= 290
     assert "…" not in plain
 
 
@@ -248,8 +271,8 @@ def test_many_findings_of_a_check_are_listed_when_asked() -> None:
     findings = tuple(Finding("min-dip", Status.WARN, (f"F{k}",), 1, None, f"Flat {k}.") for k in range(50))
     examination = made((*findings, Finding("finite", Status.PASS, message="All finite.")))
     short, long = check_table(examination), check_table(examination, verbose=True)
-    assert short.count("Flat") == 20
-    assert "30 more of min-dip warn" in short
+    assert 0 < short.count("Flat") <= PAGE
+    assert f"and {50 - short.count('Flat')} more, of F{short.count('Flat')}, " in short
     assert long.count("Flat") == 50
     assert "All finite." in long
     assert "All finite." not in short
@@ -291,6 +314,8 @@ def test_notebooks_show_the_worst_place_and_names_as_text() -> None:
 def test_the_same_model_gives_the_same_text() -> None:
     makers = (check_json, check_junit, check_sarif, check_places, check_table)
     first, second = ([make(examine(evil_model())) for make in makers] for _ in range(2))
+    for texts in (first, second):
+        texts[1] = re.sub(r'(<testsuites [^>]* time=)"[0-9.]+"', r"\1", texts[1])
     assert first == second
 
 

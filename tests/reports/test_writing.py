@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +21,7 @@ from graben.formats.tables import COLUMNS
 from graben.formats.tsurf import read_tsurf
 from graben.modeling.products import regular_grid
 from graben.reading import read_model
+from graben.reports.check_files import REPORTS
 from graben.reports.writing import write_horizon, write_run
 from graben.tables import ALONG
 from tests.reports import sample
@@ -84,6 +87,54 @@ def test_surfaces_read_back_in_the_models_convention(written):
     np.testing.assert_array_equal(tsurf.surface.vertices, horizon.surface.vertices)
 
 
+def test_vtp_says_what_its_numbers_mean(written):
+    result, folder = written
+    fields = pyvista.read(folder / "horizons/Top_A.vtp").field_data
+    assert fields["names"].tolist() == ["Top A"]
+    assert fields["z"].tolist() == [
+        "depth, positive down" if result.model.z == "depth" else "elevation, positive up"
+    ]
+    assert fields["unit"].tolist() == ["m"]
+    assert "1 hanging wall" in fields["side"][0]
+    assert pyvista.read(folder / "model/faults.vtu").field_data["z"].tolist() == fields["z"].tolist()
+
+
+def test_every_step_of_the_writing_is_told(tmp_path):
+    told = []
+    write_run(sample.run_result(), tmp_path, lambda stage, what: told.append((stage, what)))
+    assert {stage for stage, _ in told} == {"write"}
+    assert [what for _, what in told] == [
+        "tables",
+        "files of Top A",
+        "files of Top B",
+        "3D view",
+        "model",
+        "pictures of the report",
+    ]
+
+
+def test_polygons_of_a_fault_that_changes_its_sense_have_the_throws_of_their_part(tmp_path):
+    result = sample.run_result()
+    first = result.horizons[0]
+    # normal on one half, reverse on the other: the lips change places there
+    cutoff = first.cutoffs[0]
+    turned = np.arange(len(cutoff.s)) > len(cutoff.s) // 2
+    hanging = np.where(turned[:, None], cutoff.foot, cutoff.hanging)
+    foot = np.where(turned[:, None], cutoff.hanging, cutoff.foot)
+    sign = np.where(turned, -1.0, 1.0)
+    both = replace(cutoff, hanging=hanging, foot=foot, throw=sign * cutoff.throw, heave=sign * cutoff.heave)
+    model = replace(result.repaired, crs="EPSG:23031")
+    (tmp_path / "run").mkdir()
+    write_horizon(replace(first, cutoffs=(both,)), model, tmp_path / "run", "top", None)
+    content = json.loads((tmp_path / "run" / "polygons" / "top.geojson").read_text())
+    told = {f["properties"]["kind"]: f["properties"] for f in content["features"]}
+    assert set(told) == {"gap", "overlap"}
+    assert told["gap"]["throw"] == both.throw.max() > 0 and told["gap"]["heave"] == both.heave.max() > 0
+    assert told["overlap"]["throw"] == both.throw.min() < 0
+    assert told["overlap"]["heave"] == both.heave.min() < 0
+    assert {p["crs"] for p in told.values()} == {"EPSG:23031"}
+
+
 def test_grid_is_read_by_surfio(written):
     result, folder = written
     grid = surfio.IrapSurface.from_ascii_file(folder / "horizons/Top_A.irap")
@@ -105,14 +156,16 @@ def test_cutoffs_come_in_pairs(written):
 
 
 def test_polygons_are_valid(written):
-    _, folder = written
+    result, folder = written
     content = json.loads((folder / "polygons/Top_A.geojson").read_text())
     shapes = [shapely.geometry.shape(f["geometry"]) for f in content["features"]]
     assert shapes
     assert all(shape.is_valid and shape.area > 0 for shape in shapes)
     assert all(shape.exterior.is_ccw for shape in shapes)
     told = [f["properties"] for f in content["features"]]
-    assert told == [{"fault": "F1", "horizon": "Top A", "piece": 1, "kind": "gap"}]
+    (cutoff,) = result.horizons[0].cutoffs
+    largest = {"throw": cutoff.throw.max(), "heave": cutoff.heave.max()}
+    assert told == [{"fault": "F1", "horizon": "Top A", "piece": 1, "kind": "gap", **largest}]
     assert json.loads((folder / "polygons/Top_B.geojson").read_text())["features"] == []
 
 
@@ -187,6 +240,23 @@ def test_two_writes_give_the_same_bytes_but_for_timings(tmp_path):
     first, second = (json.loads((tmp_path / n / "report.json").read_text()) for n in ("a", "b"))
     assert first.pop("timings").keys() == second.pop("timings").keys()
     assert first == second
+    # of the page only the seconds, and the minute in which it was made
+    pages = [
+        re.sub(r"Made [^.]*UTC|<td class=\"n\">[0-9.]+</td>", "", (tmp_path / n / "report.html").read_text())
+        for n in ("a", "b")
+    ]
+    assert pages[0] == pages[1]
+
+
+def test_the_report_says_which_graben_made_it_and_when(written):
+    _, folder = written
+    number = version("graben")
+    page = (folder / "report.html").read_text()
+    assert f'<meta name="generator" content="graben {number}">' in page
+    assert f'<th scope="row">graben</th><td>{number}</td>' in page
+    assert re.search(r"Made \d{4}-\d\d-\d\d \d\d:\d\d UTC\. Peak memory", page)
+    assert REPORTS["html"].ours(page.encode())
+    assert json.loads((folder / "report.json").read_text())["version"] == number
 
 
 def test_odd_names_become_safe_files(tmp_path):

@@ -21,6 +21,7 @@ from graben.arrays import FloatArray
 from graben.cutgraph import CutGraph
 from graben.model import Horizon
 from graben.validators.measuring.flanks import Flanks, Windows, flanks_of, hat, nodes_of, picks_of
+from graben.validators.measuring.measures import remembered
 
 #: Phi(1.645) = 0.95: at this many standard widths 95 % of the step is done.
 _DONE = 1.645
@@ -61,6 +62,11 @@ class Smear:
     place: FloatArray
     lines: tuple[FloatArray, ...]
 
+    @property
+    def standard(self) -> float:
+        """Standard width w of the Gaussian, model units."""
+        return self.width / _DONE
+
 
 def smear_width(horizon: Horizon, graph: CutGraph, fault: int, gammas: Mapping[int, float]) -> Smear | None:
     """Return how wide a horizon is smeared along a fault.
@@ -85,10 +91,17 @@ def smear_width(horizon: Horizon, graph: CutGraph, fault: int, gammas: Mapping[i
         None where a step that is not smeared describes the horizon nearly as well, as it does where the
         throw is small against the noise, and where the horizon is not seen far enough on both sides.
     """
+    return _measured(horizon, graph, fault, tuple(sorted(gammas.items())))
+
+
+@remembered
+def _measured(
+    horizon: Horizon, graph: CutGraph, fault: int, gammas: tuple[tuple[int, float], ...]
+) -> Smear | None:
     points = picks_of(horizon) if len(horizon.picks) else nodes_of(horizon.surface)
     for steps in _STRIPS:
         reach = steps * horizon.step
-        flanks = flanks_of(points, graph, fault, gammas, reach, horizon.step)
+        flanks = flanks_of(points, graph, fault, dict(gammas), reach, horizon.step)
         windows = [_Window.of(flanks, k, r, reach) for k, r in Windows.over(flanks, reach / 2)]
         seen = [w for w in windows if w is not None]
         if not seen:

@@ -17,24 +17,23 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from graben.arrays import FloatArray, floats
-from graben.demo import HORIZON, MARGIN, Frame, SyntheticModel
+from graben.demo import noisy, require_noise
+from graben.demo_model import HORIZON, MARGIN, Frame, SyntheticModel
 from graben.demo_surfaces import SPACING, joined, sheet
 from graben.formats.irap import grid_surface
 from graben.model import Fault, GridGeometry, Horizon, Model
+from graben.replica_list import Replica
 from graben.settings import Parameters
 from graben.surface import Surface
 from graben.synthetic import SMEAR, Branching, Geology, Regional, TrueFault, Wave
-from tests.bench.replica_list import Replica
 
 LEVEL = -2500.0  #: mean elevation of the horizon, m
 _RELIEF = ((12.0, 6500.0), (8.0, 5000.0))  # amplitudes and wavelengths, m
 _TRACE_STEP = 50.0  # as in graben.synthetic, m
 _TRACE_ROUNDS = 60  # each gains a digit where the horizon is a tenth as steep as the fault
 _TILT = 10.0  # the horizon rises across the rows to within this, so along few faults, degrees
-_TURN = (
-    72.0,
-    88.0,
-)  # between faults that cross: flatter ones at sharper angles have no clear traces, degrees
+# between faults that cross: flatter ones at sharper angles have no clear traces, degrees
+_TURN = (72.0, 88.0)
 _BEYOND = 1500.0  # a dividing fault's surface reaches this far beyond the domain, m
 _JITTER = 250.0  # of a fault's middle about that of its cell, m
 _BRANCH_BACK = 900.0  # a fault with a branch is set back by this to keep the branch in the cell, m
@@ -92,7 +91,10 @@ class Window(Frame):
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """A replica: its clusters, their surfaces, gamma of each fault (m), the horizon's grid and values."""
+    """A replica: its clusters, their surfaces, gamma of each fault (m), the horizon's grid, values and noise.
+
+    ``values`` hold the noise, of which ``noise`` is the standard deviation, m.
+    """
 
     replica: Replica
     clusters: tuple[Cluster, ...]
@@ -100,18 +102,23 @@ class Field:
     gammas: tuple[tuple[float, ...], ...]
     grid: GridGeometry
     values: FloatArray
+    noise: float = 0.0
 
-    def model(self, **parameters: object) -> Model:
-        """Return the model, each fault with its gamma."""
-        surface = grid_surface(HORIZON, self.grid, self.values)
-        horizon = Horizon(HORIZON, surface, self.grid.step, self.grid)
-        faults = tuple(
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """The faults of all clusters, each with its gamma."""
+        return tuple(
             Fault(s, gamma)
             for surfaces, gammas in zip(self.surfaces, self.gammas, strict=True)
             for s, gamma in zip(surfaces, gammas, strict=True)
         )
+
+    def model(self, **parameters: object) -> Model:
+        """Return the model."""
+        surface = grid_surface(HORIZON, self.grid, self.values)
+        horizon = Horizon(HORIZON, surface, self.grid.step, self.grid)
         settings = Parameters.model_validate(parameters)
-        return Model(self.replica.name, (horizon,), faults, parameters=settings)
+        return Model(self.replica.name, (horizon,), self.faults, parameters=settings)
 
     def parts(self) -> Iterator[SyntheticModel]:
         """Yield each cluster, with its truth and its window of the horizon."""
@@ -137,27 +144,32 @@ class Field:
                 floats(values),
                 self.surfaces[number],
                 gamma,
-                0.0,
+                self.noise,
                 truth,
                 frame,
             )
 
 
-def field(replica: Replica, seed: int) -> Field:
-    """Return a replica; the seed decides on places, strikes, dips and throws."""
+def field(replica: Replica, seed: int, noise: float = 0.0) -> Field:
+    """Return a replica; the seed decides on places, strikes, dips, throws and the noise.
+
+    ``noise``: standard deviation, m; raises InputError where it or the seed is negative or no number.
+    """
+    require_noise(noise, seed)
     random = np.random.default_rng(seed)
-    made = [_triangulated(c) for c in _Draft(replica, random).clusters()]
+    made = [triangulated(c) for c in Draft(replica, random).clusters()]
     clusters = tuple(c for c, _ in made)
     step = replica.step
     columns, rows = (round(extent / step) + 1 for extent in replica.size)
     grid = GridGeometry(columns, rows, step, step, (0.0, 0.0))
     nodes = grid.nodes()
-    values = clusters[0].regional(nodes) + sum(c.added(nodes) for c in clusters)
+    values = floats(clusters[0].regional(nodes) + sum(c.added(nodes) for c in clusters))
     gammas = tuple(tuple(_gamma(replica, f) for f in c.faults) for c in clusters)
-    return Field(replica, clusters, tuple(s for _, s in made), gammas, grid, floats(values))
+    surfaces = tuple(s for _, s in made)
+    return Field(replica, clusters, surfaces, gammas, grid, noisy(values, noise, seed), noise)
 
 
-class _Draft:
+class Draft:
     """The faults of a replica, drawn cell by cell."""
 
     def __init__(self, replica: Replica, random: np.random.Generator) -> None:
@@ -287,7 +299,7 @@ def _traced(cluster: Cluster) -> Iterator[tuple[TrueFault, CubicSpline]]:
     return zip(cluster.faults, cluster.traces, strict=True)
 
 
-def _triangulated(cluster: Cluster) -> tuple[Cluster, tuple[Surface, ...]]:
+def triangulated(cluster: Cluster) -> tuple[Cluster, tuple[Surface, ...]]:
     """Return a cluster whose faults are the given triangulations, and these."""
     separation = 0.5 * sum(abs(f.throw) for f in cluster.faults)
     spans = [_span(cluster, f, trace, separation) for f, trace in _traced(cluster)]

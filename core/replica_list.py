@@ -1,24 +1,10 @@
-"""The seven models of the paper's Table 2 as figures, and what the paper's Table 3 says of them."""
+"""The seven models of the paper's Table 2 as figures, and how the replica of each is laid out."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-
-@dataclass(frozen=True)
-class Reported:
-    """A row of the paper's Table 3.
-
-    ``iterations``, ``most``: mean and largest over the subdomains. ``displacement``, ``deviation``: mean
-    move in plan and mean change of elevation of the cut, m. ``remeshings``: all. ``termination``: type.
-    """
-
-    iterations: int
-    most: int
-    displacement: float
-    deviation: float
-    remeshings: int
-    termination: int
+_KILOMETRE = 1000.0  # m
 
 
 @dataclass(frozen=True)
@@ -38,8 +24,6 @@ class Replica:
         From Table 2.
     least_dip, mean_dip : float
         Over the faults, degrees; from Table 2.
-    reported : Reported
-        The row of Table 3.
     across : int
         Cells in a row.
     cell : pair of float
@@ -65,7 +49,6 @@ class Replica:
     intersections: int
     least_dip: float
     mean_dip: float
-    reported: Reported
     across: int
     cell: tuple[float, float]
     crossed: tuple[int, ...]
@@ -75,6 +58,16 @@ class Replica:
     meeting_throws: tuple[float, float] = (60.0, 100.0)
     slope: float = 0.1
     gamma: tuple[float, float] = (3.0, 5.0)
+
+    @property
+    def about(self) -> str:
+        """What it is, in one sentence."""
+        wide, high = (extent / _KILOMETRE for extent in self.size)
+        meet = f"{self.intersections or 'no'} intersection{'' if self.intersections == 1 else 's'}"
+        return (
+            f"replica of {self.name}: {self.faults} faults, {meet}, dips from {self.least_dip:g}, "
+            f"mean {self.mean_dip:g}, step {self.step:g} m, {wide:.1f} x {high:.1f} km"
+        )
 
     @property
     def alone(self) -> int:
@@ -103,16 +96,6 @@ TABLE_2 = {
     "OGX": (200.0, 5, 1, 38.0, 46.0),
 }
 
-TABLE_3 = {
-    "Fang": Reported(10, 15, 0.06, 0.07, 0, 0),
-    "Bohai": Reported(12, 19, 0.05, 0.06, 2, 0),
-    "KrSloboda": Reported(16, 22, 0.07, 0.08, 5, 2),
-    "Ashtart": Reported(13, 18, 0.05, 0.07, 3, 2),
-    "Chicontepec": Reported(14, 20, 0.06, 0.07, 4, 0),
-    "Chesapeake": Reported(15, 21, 0.06, 0.08, 4, 3),
-    "OGX": Reported(9, 14, 0.04, 0.05, 0, 0),
-}
-
 
 def _replica(
     name: str,
@@ -123,13 +106,13 @@ def _replica(
     branchings: int = 0,
     slope: float = 0.1,
 ) -> Replica:
-    figures, reported = TABLE_2[name], TABLE_3[name]
-    return Replica(name, *figures, reported, across, cell, crossed, crossings, branchings, slope=slope)
+    return Replica(name, *TABLE_2[name], across, cell, crossed, crossings, branchings, slope=slope)
 
 
+#: By their names as demo models.
 # The larger a field, the gentler its horizon, which would else rise by more than a kilometre or two.
 REPLICAS = {
-    r.name: r
+    r.name.lower(): r
     for r in (
         _replica("Fang", 3, (5800.0, 5000.0), (0,)),
         _replica("Bohai", 3, (5850.0, 5400.0), (1,), branchings=1),

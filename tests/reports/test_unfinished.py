@@ -1,0 +1,55 @@
+"""What the report of a run says of horizons that did not converge: never that all is well."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from graben.modeling.throws import fault_throws
+from graben.pipeline import RunResult
+from graben.reports.plan_map import map_figure
+from graben.reports.run_rows import key_figures, parameters
+from graben.reports.style import Frame
+from tests.reports import sample
+
+FRAME = Frame("m", 1.0)
+
+
+def figures(result: RunResult) -> dict[str, tuple[str, str]]:
+    faults = [f.surface for f in result.repaired.faults]
+    throws = [t for h in result.horizons if h.cutoffs for t in fault_throws(h, faults, 0.1)]
+    return {label: (value, note) for label, value, note in key_figures(result, throws, [], FRAME)}
+
+
+def test_only_what_converged_counts_as_modeled() -> None:
+    assert figures(sample.run_result())["Horizons modeled"] == ("2 of 2", "1 cut by faults")
+    said = figures(sample.failed_run())["Horizons modeled"]
+    assert said == ("0 of 2", "1 cut by faults, 1 did not converge, 1 not modeled")
+
+
+def test_the_largest_throw_is_that_of_a_horizon_that_converged() -> None:
+    failed = sample.failed_run().horizons[0].subdomains[0].termination
+    open_ = sample.cut_result("Top A", throw=138.0, termination=failed)
+    final = sample.cut_result("Top B", throw=90.0)
+    both = replace(sample.run_result(), horizons=(open_, final))
+    assert figures(both)["Largest throw"] == ("90 m", "F1 on Top B")
+    alone = replace(both, horizons=(open_,))
+    assert figures(alone)["Largest throw"] == ("138 m", "F1 on Top A, not final")
+
+
+def test_the_map_marks_where_it_did_not_converge() -> None:
+    result = sample.failed_run().horizons[0]
+    axes = map_figure(result, FRAME).axes[0]
+    assert axes.get_title(loc="left").endswith("not converged (at the red cross)")
+    (cross,) = [line for line in axes.lines if line.get_marker() == "P"]
+    t = result.subdomains[0].termination
+    assert (cross.get_xdata()[0], cross.get_ydata()[0]) == (t.x, t.y)
+    calm = map_figure(sample.cut_result(), FRAME).axes[0]
+    assert "converged" not in calm.get_title(loc="left")
+    assert not [line for line in calm.lines if line.get_marker() == "P"]
+
+
+def test_settings_tell_the_step_and_gamma_that_were_used() -> None:
+    rows = dict(parameters(sample.run_result(), FRAME))
+    assert rows["on Top A"] == "Step 100 m; rebuilt within 400 m around F1 (gamma)"
+    assert rows["on Top B"] == "Step 100 m"
+    assert rows["graben"]
