@@ -8,12 +8,13 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from between_marks import write
+
 from graben.cleaning.registry import REPAIRS
 from graben.validators.context import Check, Need, Scope, Severity
 from graben.validators.registry import CHECKS
 
 DOCS = Path(__file__).resolve().parent
-BEGIN, END = "<!-- from the registry: docs/collect_checks.py -->", "<!-- end -->"
 WAITS = {
     Need.SURFACES: "coordinates that are numbers",
     Need.COMPLEX: "faults without a blocking failure, refined to one complex",
@@ -91,19 +92,5 @@ def pages() -> dict[Path, str]:
     }
 
 
-def filled(text: str, content: str) -> str:
-    """Return a page with ``content`` between its marks."""
-    before, _, rest = text.partition(BEGIN)
-    after = rest.partition(END)[2]
-    return f"{before}{BEGIN}\n{content}\n{END}{after}"
-
-
-def main() -> int:
-    """Write the pages anew."""
-    for path, content in pages().items():
-        path.write_text(filled(path.read_text(encoding="utf-8"), content), encoding="utf-8", newline="\n")
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(write(pages()))

@@ -23,6 +23,10 @@ TOP, BOTTOM = -1250.0, -1750.0
 #: How far the blocks are moved apart, as a share of their distance from the middle.
 APART = 0.35
 COLOURS = ("#4c78a8", "#f2a65a", "#6aa56e", "#b279a2")
+#: What it shows, by the name of its file.
+PICTURES = {
+    "blocks-cross": "The four blocks of two crossing faults, moved apart, with their shares of the volume."
+}
 
 
 def main() -> int:

@@ -16,7 +16,7 @@ from graben.finding import Profile  # noqa: E402
 from graben.pipeline import examine  # noqa: E402
 from graben.reports.check_figures import finding_picture  # noqa: E402
 from graben.reports.scenery import Scenery  # noqa: E402
-from graben.validators.registry import known_ids  # noqa: E402
+from graben.validators.registry import CHECKS, known_ids  # noqa: E402
 from tests.zoo import FAILING  # noqa: E402
 
 #: The case that is shown, where it is not the first of its check.
@@ -30,6 +30,8 @@ SHOWN = {
 }
 #: Bytes of a picture.
 MOST = 120_000
+#: What they show, by the names of their files.
+PICTURES = {f"check-{check.id}": f"{check.id}: a model that fails it." for check in CHECKS}
 
 
 def drawn(check: str) -> tuple[bytes, str]:

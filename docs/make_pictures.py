@@ -51,11 +51,13 @@ FAULT_COLOURS = ("#8C8C8C", "#B08D57", "#6C8EAD", "#9B7FA8", "#7F9B72", "#A3A3A3
 
 @dataclass(frozen=True)
 class Case:
-    """A picture to make: the model it comes from, its horizon, and whether the faults fill the map."""
+    """Pictures to make: the model and horizon, what they show, and whether the faults fill the map."""
 
     model: str
     horizon: str
+    shows: str
     detail: bool = True
+    credit: str = ""
 
     @property
     def stem(self) -> str:
@@ -65,11 +67,47 @@ class Case:
 
 DATA = ("claudius", "drogon", "hecho")
 CASES = (
-    *(Case(n, "Top") for n in ("single", "exit", "cross", "tee", "reverse", "low-dip", "low-dip-12")),
-    Case("claudius", "D"),
-    Case("drogon", "TopVolon", detail=False),
-    Case("hecho", "H8", detail=False),
+    Case("single", "Top", "One normal fault of 60 degrees, both tips inside."),
+    Case("exit", "Top", "The fault leaves the domain at one end."),
+    Case("cross", "Top", "Two faults that cross."),
+    Case(
+        "tee",
+        "Top",
+        "A branch that ends on the main fault. The throw of the main fault is larger beside the downthrown "
+        "block of the branch than beside the other, and the foot of the main fault passes smoothly.",
+    ),
+    Case("reverse", "Top", "Dip 50, the lips overlap. The view is from the footwall, under the overlap."),
+    Case("low-dip", "Top", "Dip 20, the horizon dipping against the fault."),
+    Case("low-dip-12", "Top", "The same at 12 degrees."),
+    Case(
+        "claudius",
+        "D",
+        "Real seismic of the Carnarvon Basin; z is two-way time times -3. The mounds around are in the data.",
+        credit="Data: Claudius3D survey, WesternGeco, courtesy of Geoscience Australia; MIT.",
+    ),
+    Case(
+        "drogon",
+        "TopVolon",
+        "A synthetic field of six faults, given as sticks of 14 to 31 degrees: a wide gap.",
+        detail=False,
+        credit="Data: Drogon, Equinor, CC BY-SA 4.0; these three pictures are under the same licence.",
+    ),
+    Case(
+        "hecho",
+        "H8",
+        "Folded turbidites, 16 units wide. The bay in the outline is where the data have no points.",
+        detail=False,
+        credit="Data: Hecho, MIT.",
+    ),
 )
+#: How each result is shown.
+VIEWS = {"map": "Structure map", "section": "Section where the throw is largest", "3d": "View in space"}
+#: What the pictures show, by the names of their files.
+PICTURES = {
+    f"{case.stem}-{view}": f"{words} of {case.model} {case.horizon}."
+    for case in CASES
+    for view, words in VIEWS.items()
+}
 
 
 def main() -> None:

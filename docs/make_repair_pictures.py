@@ -28,6 +28,10 @@ from tests.cleaning import corrupt_meshes, corrupt_networks, corrupt_shapes  # n
 from tests.cleaning.corrupt_sheets import Corrupted, Done, sheet_of  # noqa: E402
 
 TARGET = Path(__file__).parent / "images" / "repair-tee.png"
+#: What it shows, by the name of its file.
+PICTURES = {
+    "repair-tee": "A fault of the demo model tee with a gap, a hole and a fold: as it was, and repaired."
+}
 #: The fault, how often its triangles are parted in four, and the seed of the damage.
 FAULT, PARTED, SEED = "F2", 2, 2
 #: Bytes of the picture: too few for a drawing.

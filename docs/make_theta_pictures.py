@@ -46,6 +46,12 @@ HALF_WIDTH, LOW, HIGH, EXAGGERATION = 2.0, -1650.0, -1350.0, 4.0
 NONE, ENDLESS, TICKS = 0.03, 100.0, (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 ERROR_TICKS = (2, 3, 5, 10, 20, 50, 100)
 
+#: What they show, by the names of their files.
+PICTURES = {
+    "theta-sections": "Seven sections across the fault of the model single, one for each theta.",
+    "theta-errors": "Errors of the cutoffs against the one length that theta and l mean, for three noises.",
+}
+
 
 def main() -> int:
     """Write the pictures and say how large they are."""
