@@ -9,7 +9,7 @@ import numpy as np
 
 from graben.arrays import FloatArray, IntArray
 from graben.errors import ModelingError
-from graben.surface import Surface, boundary_edges, triangle_normals
+from graben.surface import Surface, boundary_edges
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,9 @@ def over(name: str, horizon: Surface, low: float, high: float) -> Prism:
     ``low`` and ``high`` are the elevations of foot and head, model units. Its nodes are the boundary nodes of
     the surface, in the order of its vertices.
     """
-    down = triangle_normals(horizon.vertices, horizon.triangles)[:, 2] < 0
+    a, b, c = (horizon.vertices[corner, :2] for corner in horizon.triangles.T)
+    u, v = b - a, c - a
+    down = u[:, 0] * v[:, 1] < u[:, 1] * v[:, 0]
     upward = np.where(down[:, None], horizon.triangles[:, ::-1], horizon.triangles)
     nodes, local = np.unique(boundary_edges(upward), return_inverse=True)
     return prism(name, horizon.vertices[nodes, :2], local.reshape(-1, 2), low, high)

@@ -30,6 +30,7 @@ from graben.modeling.algebra import Backend
 from graben.modeling.cubics import Nodes, quadratic, thinned
 from graben.modeling.energy import EdgePattern, dirichlet, hinge_coefficients
 from graben.modeling.noise import rings
+from graben.modeling.side_by_side import usable_cores, worked
 from graben.validators.measuring.smear import smear_width
 
 #: Radius of the fits, in gammas, and at most in standard widths of the smear, but never less than so many
@@ -53,6 +54,8 @@ _WIDTHS = (2.25, 2.75, 5.0, 6.0)
 _FIRM = (0.3, 0.5)
 #: A bend that lifts the cut by less than this share of the tolerance is none.
 _LEAST_LIFT = 0.01
+#: Nodes of the horizon times faults whose smear takes longer to measure than a process to start.
+_WORTH_A_PROCESS = 1e7
 #: Fits whose K a node of the rim takes over, by inverse square distance, and what is added to that, in radii.
 _NEAREST, _SOFT = 4, 0.01
 
@@ -202,8 +205,14 @@ def bend_load(
 
 def _widths(horizon: Horizon, graph: CutGraph, gammas: Mapping[int, float]) -> FloatArray:
     """Return the standard width of the smear along each fault, (f,), model units; 0 where none is seen."""
-    found = [smear_width(horizon, graph, f, gammas) for f in sorted(gammas)]
-    return np.array([0.0 if smear is None else smear.standard for smear in found])
+    faults = sorted(gammas)
+
+    def width(place: int) -> float:
+        smear = smear_width(horizon, graph, faults[place], gammas)
+        return 0.0 if smear is None else smear.standard
+
+    each = float(len(horizon.surface.vertices))
+    return np.array(worked(width, [each] * len(faults), usable_cores(), _WORTH_A_PROCESS))
 
 
 def _beside(triangles: IntArray, start: BoolArray) -> BoolArray:

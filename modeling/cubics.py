@@ -15,6 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats, ints
+from graben.modeling.side_by_side import usable_cores, worked
 
 #: Sums by the exponents of x and y.
 _Sums = dict[tuple[int, int], FloatArray]
@@ -34,6 +35,8 @@ _MOST_VARIANCE = 35_000.0
 _ENOUGH = 16
 #: Fits that are made together: each has a thousand nodes at most.
 _TOGETHER = 400
+#: And so many of these, each a tenth of a second, take longer than a process to start.
+_WORTH_A_PROCESS = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +98,12 @@ class Nodes:
         ``radius`` (k,), and the ``least`` distance from the cut (k,) of the nodes to use, model units.
         """
         together = [slice(k, k + _TOGETHER) for k in range(0, max(len(centres), 1), _TOGETHER)]
-        parts = [self._fitted(centres[some], radius[some], least[some]) for some in together]
+        parts = worked(
+            lambda k: self._fitted(centres[together[k]], radius[together[k]], least[together[k]]),
+            [1.0] * len(together),
+            usable_cores(),
+            _WORTH_A_PROCESS,
+        )
         return Cubics(
             ints(np.concatenate([p.centres for p in parts])),
             floats(np.concatenate([p.height for p in parts])),
