@@ -23,12 +23,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from graben.arrays import BoolArray, FloatArray, IntArray, floats
+from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.cutgraph import CutGraph
 from graben.model import Horizon
 from graben.modeling.algebra import Backend
 from graben.modeling.cubics import Nodes, quadratic, thinned
-from graben.modeling.energy import EdgePattern, dirichlet, hinge_coefficients
+from graben.modeling.energy import EdgePattern, dirichlet
 from graben.modeling.noise import rings
 from graben.modeling.side_by_side import usable_cores, worked
 from graben.validators.measuring.smear import smear_width
@@ -166,41 +166,6 @@ def carried(
     result = bend.copy()
     result[inner] = backend.analyse(own).factor(own).solve(-(rows[:, outer] @ bend[outer]))
     return result
-
-
-def bend_load(
-    points: FloatArray, pattern: EdgePattern, theta: float, length: float, bend: FloatArray
-) -> FloatArray:
-    """Return the load of surfaces that are bent: theta l^2 times the sum of c_e g_e grad d_e, (n,).
-
-    With g_e = d_e(1/2 (P - X)^T K (P - X)) in the place of 0, the minimum of E_H is at surfaces whose second
-    derivatives are K; A u = b becomes A u = b + this.
-
-    Parameters
-    ----------
-    points : (n, 2) array
-        Node positions in plan, model units.
-    pattern : EdgePattern
-        The triangulation.
-    theta, length : float
-        As of :func:`graben.modeling.energy.assemble`.
-    bend : (n, 3) array
-        K_xx, K_xy and K_yy, one over model units; a hinge has the mean of its edge's two nodes.
-
-    Raises
-    ------
-    ModelingError
-        When a triangle has no area or is turned over against the others.
-    """
-    gaps, weights = hinge_coefficients(points, pattern)
-    nodes = pattern.hinges.nodes
-    mean = 0.5 * (bend[nodes[:, 0]] + bend[nodes[:, 1]])
-    corners = points[nodes]
-    # X is where the line of the tips crosses that of the edge.
-    crossing = -(gaps[:, 2:, None] * corners[:, 2:]).sum(axis=1, keepdims=True)
-    lift = quadratic(mean[:, None], corners - crossing)
-    pull = theta * length**2 * weights * (gaps * lift).sum(axis=1)
-    return floats(np.bincount(nodes.ravel(), (pull[:, None] * gaps).ravel(), minlength=len(points)))
 
 
 def _widths(horizon: Horizon, graph: CutGraph, gammas: Mapping[int, float]) -> FloatArray:

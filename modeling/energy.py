@@ -231,14 +231,35 @@ def assemble(points: FloatArray, pattern: EdgePattern, theta: float, length: flo
     ModelingError
         When a triangle has no area or is turned over against the others.
     """
+    return system(points, pattern, theta, length)[0]
+
+
+def system(
+    points: FloatArray, pattern: EdgePattern, theta: float, length: float, bend: FloatArray | None = None
+) -> tuple[csc_array, FloatArray]:
+    """Return A of :func:`assemble` and the load of surfaces that are bent, zero without ``bend``, (n,).
+
+    With g_e = d_e(1/2 P^T K P) taken from each d_e, the minimum of E_H is at surfaces with the second
+    derivatives K; A u = b becomes A u = b + load, load = theta l^2 times the sum of c_e g_e grad d_e.
+
+    Parameters
+    ----------
+    points, pattern, theta, length
+        As of :func:`assemble`, which says what is raised.
+    bend : (n, 3) array, optional
+        K_xx, K_xy and K_yy, one over model units; a hinge has the mean of its edge's two nodes.
+    """
     cotangents, doubled = _cotangents(points, pattern)
     own = np.zeros(len(pattern.edges))
     pairs = np.zeros(pattern.pair_count)
+    load = np.zeros(len(points))
     if theta < 1.0:
         own -= (1.0 - theta) * _edge_weights(cotangents, pattern)
     if theta > 0.0:
         (i, j, k, ell), weights = _jumps(cotangents, doubled, pattern)
         weights *= theta * length**2
+        if bend is not None:
+            load = _bent_load(points, pattern, bend, [i, j, k, ell], weights)
         at_i, at_j = weights * i, weights * j
         rims = np.concatenate([at_i * k, at_j * k, at_i * ell, at_j * ell, [0.0]])
         own[pattern.hinges.edges] += at_i * j
@@ -246,7 +267,29 @@ def assemble(points: FloatArray, pattern: EdgePattern, theta: float, length: flo
             own += rims[rim]
         pairs += np.bincount(pattern.tip_slots, weights * k * ell, minlength=len(pairs))
     pairs[pattern.edge_slots] += own
-    return pattern.matrix_without_constants(pairs)
+    return pattern.matrix_without_constants(pairs), load
+
+
+def _bent_load(
+    points: FloatArray, pattern: EdgePattern, bend: FloatArray, jumps: list[FloatArray], weights: FloatArray
+) -> FloatArray:
+    """Return the load of :func:`system`; ``jumps`` and ``weights`` as of ``_jumps``, times theta l^2."""
+    nodes = pattern.hinges.nodes.T
+    x, y = (np.ascontiguousarray(column) for column in points.T)
+    xx, xy, yy = (0.5 * (column[nodes[0]] + column[nodes[1]]) for column in np.ascontiguousarray(bend.T))
+    # A jump knows no planes, so that 1/2 P^T K P may be counted from node i.
+    from_x, from_y = x[nodes[0]], y[nodes[0]]
+    pull = np.zeros(len(weights))
+    for node, jump in zip(nodes[1:], jumps[1:], strict=True):
+        dx, dy = x[node] - from_x, y[node] - from_y
+        pull += jump * (0.5 * (xx * dx * dx + yy * dy * dy) + xy * dx * dy)
+    pull *= weights
+    return floats(
+        sum(
+            np.bincount(node, pull * jump, minlength=len(points))
+            for node, jump in zip(nodes, jumps, strict=True)
+        )
+    )
 
 
 def dirichlet(points: FloatArray, pattern: EdgePattern) -> csc_array:

@@ -14,9 +14,8 @@ import numpy as np
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.modeling.acceleration import Anderson
 from graben.modeling.algebra import Backend
-from graben.modeling.bend import bend_load
 from graben.modeling.deformation import Deformation
-from graben.modeling.energy import Block, EdgePattern, assemble
+from graben.modeling.energy import Block, EdgePattern, system
 from graben.modeling.guides import Guides
 from graben.modeling.moves import valid_move
 from graben.modeling.picks import NodeData
@@ -148,21 +147,19 @@ class _Solver:
         solved = problem.unknown | problem.fitted
         self.unknown = np.flatnonzero(solved)
         self._data = np.searchsorted(self.unknown, problem.data.nodes)
-        self._bent = bool(problem.bend.any())
+        self._bend = problem.bend if problem.bend.any() else None
         self._own = Block.of(problem.pattern, self.unknown, self.unknown)
         self._systems = Repeated(backend, _ACCURACY * problem.tolerance if accelerated else 0.0)
 
     def values(self, points: FloatArray) -> FloatArray:
         """Return the minimizer of the energy on the mesh with these positions, shape (n,)."""
         p = self.problem
-        matrix = assemble(points, p.pattern, p.theta, p.length)
+        matrix, bent = system(points, p.pattern, p.theta, p.length, self._bend)
         own = self._own.of_matrix(matrix)
         # Solved for the difference from the input, whose size is that of the throw, not of the depth.
         shift = points[p.data.nodes] - p.points[p.data.nodes]
         misfit = p.values[p.data.nodes] - p.data.z - (p.data.gradient * shift).sum(axis=1)
-        load = (matrix @ p.values)[self.unknown]
-        if self._bent:
-            load -= bend_load(points, p.pattern, p.theta, p.length, p.bend)[self.unknown]
+        load = (matrix @ p.values - bent)[self.unknown]
         if len(self._data):
             load[self._data] += p.stiffness * misfit
             diagonal = own.diagonal()

@@ -15,9 +15,9 @@ from graben.demo import build as demo
 from graben.model import Horizon, Model
 from graben.modeling import preparation
 from graben.modeling.algebra import Cholmod
-from graben.modeling.bend import bend_load, carried
+from graben.modeling.bend import carried
 from graben.modeling.cubics import Nodes, quadratic, thinned
-from graben.modeling.energy import EdgePattern, assemble
+from graben.modeling.energy import EdgePattern, assemble, system
 from graben.modeling.preparation import CutHorizon, prepared
 from graben.modeling.tracing import cut_graph
 from graben.pipeline import build
@@ -75,10 +75,10 @@ def test_a_quadratic_solves_the_energy_with_its_own_bend() -> None:
     pattern = EdgePattern.of(triangles, len(points))
     bend = floats([3.0, -0.7, 1.6])
     u = quadratic(bend, points) + points @ [0.3, -2.0] + 1.0
-    load = bend_load(points, pattern, 0.7, 2.0, np.tile(bend, (len(points), 1)))
+    load = system(points, pattern, 0.7, 2.0, np.tile(bend, (len(points), 1)))[1]
     both = assemble(points, pattern, 0.7, 2.0) - assemble(points, pattern, 0.0, 2.0) * 0.3
     assert load == pytest.approx(both @ u, abs=1e-9 * np.abs(both.data).max())
-    assert not bend_load(points, pattern, 0.7, 2.0, np.zeros((len(points), 3))).any()
+    assert not system(points, pattern, 0.7, 2.0, np.zeros((len(points), 3)))[1].any()
 
 
 def test_cubics_are_fitted_exactly_also_at_the_edge_of_what_is_known() -> None:
