@@ -21,7 +21,7 @@ from graben.horizons import Kept, modeled
 from graben.keeping import NotKeptError, from_bytes, to_bytes
 from graben.model import Model
 from graben.modeling.crossing import crossings
-from graben.modeling.quality import quality
+from graben.modeling.quality import judged
 from graben.modeling.results import HorizonResult, Subdomain
 from graben.notebook import html_table
 from graben.repairs import Look, mended
@@ -256,17 +256,10 @@ def build(
 def _with_doubts(horizons: Sequence[HorizonResult], model: Model) -> tuple[HorizonResult, ...]:
     """Return the horizons with warnings of what is doubtful about them, and of where one crosses another."""
     found = crossings(horizons, [f.surface for f in model.faults], model.tolerance)
-    return tuple(
-        replace(
-            h,
-            warnings=(
-                *h.warnings,
-                *(str(c) for c in found if c.upper == h.name),
-                *(str(doubt) for doubt in quality(h, model)),
-            ),
-        )
-        for h in horizons
-    )
+    crossed = [
+        replace(h, warnings=(*h.warnings, *(str(c) for c in found if c.upper == h.name))) for h in horizons
+    ]
+    return tuple(judged(h, model) for h in crossed)
 
 
 @dataclass(frozen=True, eq=False)

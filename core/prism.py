@@ -97,8 +97,11 @@ def over(name: str, horizon: Surface, low: float, high: float) -> Prism:
     a, b, c = (horizon.vertices[corner, :2] for corner in horizon.triangles.T)
     u, v = b - a, c - a
     down = u[:, 0] * v[:, 1] < u[:, 1] * v[:, 0]
-    upward = np.where(down[:, None], horizon.triangles[:, ::-1], horizon.triangles)
-    nodes, local = np.unique(boundary_edges(upward), return_inverse=True)
+    if down.any():
+        rim = boundary_edges(np.where(down[:, None], horizon.triangles[:, ::-1], horizon.triangles))
+    else:
+        rim = horizon.rim
+    nodes, local = np.unique(rim, return_inverse=True)
     return prism(name, horizon.vertices[nodes, :2], local.reshape(-1, 2), low, high)
 
 

@@ -6,8 +6,6 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from graben.cutgraph import NodeKind
-from graben.modeling.misfit import masked, misfits
-from graben.modeling.quality import quality
 from graben.modeling.throws import Along, along, fault_throws
 
 if TYPE_CHECKING:
@@ -96,7 +94,7 @@ def throws_table(run: Run) -> pandas.DataFrame:
 def doubts_table(run: Run) -> pandas.DataFrame:
     """Return where throws are doubtful, one row for each place: see :mod:`graben.modeling.quality`."""
     columns = ["horizon", "fault", "doubt", "value", "largest", "x", "y", "z", "message"]
-    found = [d for result in run.horizons for d in quality(result, run.repaired)]
+    found = [d for result in run.horizons for d in result.doubts]
     rows = [
         (d.horizon, d.fault, str(d.kind), d.value, d.largest, *d.place.tolist(), d.message) for d in found
     ]
@@ -109,14 +107,14 @@ def misfit_table(run: Run) -> pandas.DataFrame:
     Within gamma the input is smeared, and large differences next to a fault are what the rebuilding is for.
     """
     columns = ["horizon", "fault", "near", "far", "count", "gap", "mean", "rms", "largest"]
-    found = [b for result in run.horizons for b in misfits(result, run.repaired)]
+    found = [b for result in run.horizons if result.misfit for b in result.misfit.bins]
     return _table([tuple(getattr(b, name) for name in columns) for b in found], columns)
 
 
 def masked_table(run: Run) -> pandas.DataFrame:
     """Return how many input points lie within gamma of each fault, and how many of them were left out."""
     columns = ["horizon", "fault", "what", "within", "left_out"]
-    found = [m for result in run.horizons for m in masked(result, run.repaired)]
+    found = [m for result in run.horizons if result.misfit for m in result.misfit.masked]
     return _table([tuple(getattr(m, name) for name in columns) for m in found], columns)
 
 

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 import shapely
 
 from graben.arrays import BoolArray, FloatArray, IntArray, bools, floats, ints
+from graben.beside import begun
 from graben.cutgraph import CutGraph
 from graben.model import Model
 from graben.modeling.distance import distances
 from graben.modeling.picks import node_data
 from graben.modeling.results import HorizonResult
-from graben.proximity import PlanIndex, nearest
+from graben.proximity import PlanIndex, boxes, nearest
 from graben.surface import Surface, triangle_normals
 
 #: Limits of the bins of distance, in gammas: finer where smearing is, and one beyond the zone to compare.
@@ -25,6 +28,8 @@ OUTER = (0.5, 1.0)
 _ON_EDGE = 1e-7
 #: Points without which a mean says little.
 _LEAST = 10
+#: Points from which on two cores share the comparison.
+_WORTH = 50_000
 
 
 @dataclass(frozen=True)
@@ -97,37 +102,24 @@ class Missed:
     place: FloatArray
 
 
-def missed(result: HorizonResult, model: Model) -> tuple[Missed, ...]:
-    """Return how far a rebuilt horizon lies from its input in the outer half of each zone.
+@dataclass(frozen=True)
+class Misfit:
+    """How a rebuilt horizon lies to its input, fault by fault.
 
-    Parameters as of :func:`misfits`; faults with fewer than ten points there are left out.
+    ``bins`` are differences by distance from each fault. ``missed`` are those of the outer half of each zone,
+    without faults that have fewer than ten points there. ``masked`` is the input that was not used.
     """
-    if not result.cutoffs:
-        return ()
-    local = _Local.of(result, model)
-    owner, share = local.nearest_fault()
-    asked = np.flatnonzero((share >= OUTER[0]) & (share < BINS[-1]))
-    off = local.points[asked, 2] - local.rebuilt_at(asked)
-    known = np.isfinite(off)
-    asked, off = asked[known], off[known]
-    found = []
-    for k, name in enumerate(result.graph_faults):
-        mine = owner[asked] == k
-        inside, outside = mine & (share[asked] < OUTER[1]), mine & (share[asked] >= OUTER[1])
-        if np.count_nonzero(inside) < _LEAST or np.count_nonzero(outside) < _LEAST:
-            continue
-        rms, beyond = (float(np.sqrt((off[some] ** 2).mean())) for some in (inside, outside))
-        points = local.points[asked[inside]]
-        limits = (OUTER[0] * float(local.gammas[k]), OUTER[1] * float(local.gammas[k]))
-        place = floats(points[np.argmax(np.abs(off[inside]))] - local.origin)
-        found.append(Missed(result.name, name, *limits, int(inside.sum()), rms, beyond, place))
-    return tuple(found)
+
+    bins: tuple[Bin, ...] = ()
+    missed: tuple[Missed, ...] = ()
+    masked: tuple[Masked, ...] = ()
 
 
-def misfits(result: HorizonResult, model: Model) -> tuple[Bin, ...]:
-    """Return the misfit of a rebuilt horizon to its input in bins of distance, fault by fault.
+def misfit_of(result: HorizonResult, model: Model) -> Callable[[], Misfit]:
+    """Return what tells how a rebuilt horizon lies to its input; without a fault that cuts it, nothing.
 
-    Each input point is compared with the rebuilt horizon of its own side of the faults, that of the point.
+    On a large one the work is begun on a second core. Each input point is compared with the rebuilt horizon
+    of its own side of the faults, that of the point.
 
     Parameters
     ----------
@@ -137,42 +129,64 @@ def misfits(result: HorizonResult, model: Model) -> tuple[Bin, ...]:
         The model that it was rebuilt from.
     """
     if not result.cutoffs:
-        return ()
+        return Misfit
     local = _Local.of(result, model)
-    gammas = local.gammas
     owner, share = local.nearest_fault()
     near = np.flatnonzero(share < BINS[-1])
-    off = np.full(len(share), np.nan)
-    off[near] = local.points[near, 2] - local.rebuilt_at(near)
-    found = []
-    for k, name in enumerate(result.graph_faults):
-        width = float(gammas[k])
-        for low, high in pairwise(BINS):
-            mine = off[(owner == k) & (share >= low) & (share < high)]
-            known = mine[np.isfinite(mine)]
-            figures = (known.mean(), np.sqrt((known**2).mean()), np.abs(known).max()) if len(known) else ()
-            mean, rms, largest = (float(v) for v in figures or (np.nan,) * 3)
-            sizes = (len(known), len(mine) - len(known))
-            limits = (low * width, high * width)
-            found.append(Bin(result.name, name, *limits, *sizes, mean, rms, largest))
-    return tuple(found)
+    # points come in rows, so that each half has triangles of its own
+    tasks = [partial(local.rebuilt_at, half) for half in np.array_split(near, 2)]
+    later = begun(tasks) if len(near) > _WORTH else lambda: [task() for task in tasks]
+
+    def found() -> Misfit:
+        off = local.points[near, 2] - np.concatenate(later())
+        compared = _Compared(local, near, owner[near], share[near], off)
+        return Misfit(tuple(compared.bins()), tuple(compared.missed()), tuple(local.masked()))
+
+    return found
 
 
-def masked(result: HorizonResult, model: Model) -> tuple[Masked, ...]:
-    """Return how much of the input lies within gamma of each fault, and how much of that was not used.
+@dataclass(frozen=True, eq=False)
+class _Compared:
+    """Input points near faults, (k,), the fault that each is nearest to, in gammas, and how near that is.
 
-    Parameters as of :func:`misfits`.
+    ``off`` (k,) is their elevation less that of the rebuilt horizon, NaN in the gap of a fault.
     """
-    if not result.cutoffs:
-        return ()
-    local = _Local.of(result, model)
-    what = "picks" if len(result.horizon.picks) else "nodes"
-    trusted = local.trusted()
-    found = []
-    for k, name in enumerate(result.graph_faults):
-        within = len(local.within(k))
-        found.append(Masked(result.name, name, what, within, 0 if trusted[k] else within))
-    return tuple(found)
+
+    local: _Local
+    points: IntArray
+    owner: IntArray
+    share: FloatArray
+    off: FloatArray
+
+    def bins(self) -> Iterator[Bin]:
+        """Yield the differences in bins of distance."""
+        for k, name in enumerate(self.local.result.graph_faults):
+            width = float(self.local.gammas[k])
+            for low, high in pairwise(BINS):
+                mine = self.off[(self.owner == k) & (self.share >= low) & (self.share < high)]
+                known = mine[np.isfinite(mine)]
+                figures = (np.nan,) * 3
+                if len(known):
+                    figures = known.mean(), np.sqrt((known**2).mean()), np.abs(known).max()
+                mean, rms, largest = (float(v) for v in figures)
+                sizes = (len(known), len(mine) - len(known))
+                limits = (low * width, high * width)
+                yield Bin(self.local.result.name, name, *limits, *sizes, mean, rms, largest)
+
+    def missed(self) -> Iterator[Missed]:
+        """Yield the differences in the outer half of each zone."""
+        for k, name in enumerate(self.local.result.graph_faults):
+            mine = (self.owner == k) & np.isfinite(self.off)
+            inside = mine & (self.share >= OUTER[0]) & (self.share < OUTER[1])
+            outside = mine & (self.share >= OUTER[1])
+            if np.count_nonzero(inside) < _LEAST or np.count_nonzero(outside) < _LEAST:
+                continue
+            rms, beyond = (float(np.sqrt((self.off[some] ** 2).mean())) for some in (inside, outside))
+            worst = self.points[inside][np.argmax(np.abs(self.off[inside]))]
+            place = floats(self.local.points[worst] - self.local.origin)
+            width = float(self.local.gammas[k])
+            limits = (OUTER[0] * width, OUTER[1] * width)
+            yield Missed(self.local.result.name, name, *limits, int(inside.sum()), rms, beyond, place)
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +216,15 @@ class _Local:
         near = _near_traces(points, result.graph, BINS[-1] * gammas)
         return _Local(result, surfaces, points, near, gammas, origin)
 
-    def trusted(self) -> BoolArray:
+    def masked(self) -> Iterator[Masked]:
+        """Yield how much of the input lies within gamma of each fault, and how much of that was not used."""
+        what = "picks" if len(self.result.horizon.picks) else "nodes"
+        trusted = self._trusted()
+        for k, name in enumerate(self.result.graph_faults):
+            within = len(self.within(k))
+            yield Masked(self.result.name, name, what, within, 0 if trusted[k] else within)
+
+    def _trusted(self) -> BoolArray:
         """Return of each fault, (f,), whether picks inside its zone were used."""
         result, picks = self.result, self.result.horizon.picks
         places, block = result.first[:, :2], result.block
@@ -271,17 +293,17 @@ def _side(points: FloatArray, fault: Surface) -> IntArray:
 def _over(places: FloatArray, surface: Surface) -> tuple[IntArray, IntArray, FloatArray]:
     """Return each place, (k, 2), with each triangle that it lies in in plan, and the elevation there."""
     near = _near(surface, places)
-    corners = surface.vertices[surface.triangles[near]]
-    boxes = [bound(corners[:, :, k], axis=1) for bound in (np.min, np.max) for k in (0, 1)]
+    low, high = boxes(surface.vertices, surface.triangles[near])
     tree = shapely.STRtree(shapely.points(places))
-    triangle, point = tree.query(shapely.box(*boxes))
-    a, b, c = (corners[triangle, k, :2] for k in range(3))
+    triangle, point = tree.query(shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1]))
+    a, b, c = (surface.vertices[surface.triangles[near[triangle], k]] for k in range(3))
     p = places[point]
     with np.errstate(divide="ignore", invalid="ignore"):  # in a triangle without area lies nothing
-        shares = np.stack([_cross(b - p, c - p), _cross(c - p, a - p), _cross(a - p, b - p)], axis=1)
-        shares /= _cross(b - a, c - a)[:, None]
-    inside = (shares >= -_ON_EDGE).all(axis=1)
-    z = (shares * corners[triangle, :, 2]).sum(axis=1)
+        area = _cross(b - a, c - a)
+        shares = [_cross(v - p, w - p) / area for v, w in ((b[:, :2], c[:, :2]), (c[:, :2], a[:, :2]))]
+    shares.append(1.0 - shares[0] - shares[1])
+    inside = np.flatnonzero(np.minimum(np.minimum(shares[0], shares[1]), shares[2]) >= -_ON_EDGE)
+    z = shares[0] * a[:, 2] + shares[1] * b[:, 2] + shares[2] * c[:, 2]
     return ints(point[inside]), ints(near[triangle[inside]]), floats(z[inside])
 
 

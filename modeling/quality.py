@@ -6,8 +6,8 @@ fault was picked too short, joined to another that is not the same, or the horiz
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import pairwise
 
@@ -17,7 +17,7 @@ from graben.arrays import FloatArray, IntArray, floats
 from graben.cutgraph import NodeKind
 from graben.model import Model
 from graben.modeling.beyond import step_beyond
-from graben.modeling.misfit import Missed, missed
+from graben.modeling.misfit import Missed, misfit_of
 from graben.modeling.results import HorizonResult, TerminationType
 from graben.modeling.throws import TOLD, Along, along, sign_changes, told_from
 
@@ -76,11 +76,8 @@ class ThrowDoubt:
         return self.message
 
 
-def quality(result: HorizonResult, model: Model) -> tuple[ThrowDoubt, ...]:
-    """Return where the throw of a rebuilt horizon is doubtful, fault by fault.
-
-    Asked are faults whose subdomains all converged: elsewhere the termination says what is wrong. Throws that
-    cannot be told from none (:func:`graben.modeling.throws.told_from`) say nothing.
+def judged(result: HorizonResult, model: Model) -> HorizonResult:
+    """Return a rebuilt horizon with its misfit, its doubts, and warnings that tell these.
 
     Parameters
     ----------
@@ -89,38 +86,52 @@ def quality(result: HorizonResult, model: Model) -> tuple[ThrowDoubt, ...]:
     model : Model
         The model that it was rebuilt from: its faults, gammas, tolerance and unit.
     """
+    later = misfit_of(result, model)
+    asked = list(_asked(result, model))
+    own = [list(fault.along()) for fault in asked]
+    found = later()
+    missed = {m.fault: m for m in found.missed}
+    doubts = tuple(
+        doubt
+        for fault, told in zip(asked, own, strict=True)
+        for doubt in (*told, *(fault.missed(missed[fault.name]) if fault.name in missed else ()))
+    )
+    warnings = (*result.warnings, *(str(doubt) for doubt in doubts))
+    return replace(result, misfit=found, doubts=doubts, warnings=warnings)
+
+
+def _asked(result: HorizonResult, model: Model) -> Iterator[_Asked]:
+    """Yield the faults whose throws are asked.
+
+    These are faults whose subdomains all converged: elsewhere the termination says what is wrong. Throws that
+    cannot be told from none (:func:`graben.modeling.throws.told_from`) say nothing.
+    """
     ended = [s for s in result.subdomains if s.termination.type is not TerminationType.CONVERGED]
     unsure = {name for s in ended for name in s.faults}
-    found: list[ThrowDoubt] = []
     lines = along(result, [f.surface for f in model.faults])
-    poor = {m.fault: m for m in missed(result, model)}
     for name in dict.fromkeys(a.cutoff.fault for a in lines):
-        mine = [a for a in lines if a.cutoff.fault == name]
+        mine = tuple(a for a in lines if a.cutoff.fault == name)
         largest = max(float(np.abs(a.cutoff.throw).max()) for a in mine)
         least = told_from(largest, model.tolerance, result.horizon.noise)
-        if name in unsure or largest <= least:
-            continue
-        asked = _Asked(result, model, largest, least)
-        for a in mine:
-            found += [*asked.ends(a), *asked.gone(a), *asked.turns(a), *asked.jumps(a)]
-        if name in poor:
-            found += asked.missed(poor[name])
-    return tuple(found)
-
-
-def quality_warnings(horizons: Sequence[HorizonResult], model: Model) -> dict[str, tuple[str, ...]]:
-    """Return the sentences of :func:`quality` for each horizon, by its name."""
-    return {h.name: tuple(str(d) for d in quality(h, model)) for h in horizons}
+        if name not in unsure and largest > least:
+            yield _Asked(result, model, name, mine, largest, least)
 
 
 @dataclass(frozen=True, eq=False)
 class _Asked:
-    """One fault on one horizon: its largest throw, and that which cannot be told from none."""
+    """One fault on one horizon: its cutoffs, its largest throw, and that which cannot be told from none."""
 
     result: HorizonResult
     model: Model
+    name: str
+    lines: tuple[Along, ...]
     largest: float
     least: float
+
+    def along(self) -> Iterator[ThrowDoubt]:
+        """Yield what is doubtful along its cutoffs."""
+        for line in self.lines:
+            yield from (*self.ends(line), *self.gone(line), *self.turns(line), *self.jumps(line))
 
     def ends(self, line: Along) -> Iterator[ThrowDoubt]:
         """Yield ends inside the horizon beyond which the horizon steps on."""

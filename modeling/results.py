@@ -21,6 +21,9 @@ from graben.words import plural
 if TYPE_CHECKING:
     import pyvista
 
+    from graben.modeling.misfit import Misfit
+    from graben.modeling.quality import ThrowDoubt
+
 #: Columns of the tables that notebooks show.
 _SUBDOMAIN = ("subdomain", "faults", "unknowns", "iterations", "type", "ended", "advice")
 _CUTOFF = ("fault", "pairs", "s", "throw", "heave")
@@ -207,6 +210,10 @@ class HorizonResult:
         What a person should look at.
     score : Score or None
         Where the model has a truth.
+    misfit : Misfit or None
+        How it lies to the input, once that is asked.
+    doubts : tuple of ThrowDoubt
+        Where its throw is doubtful; the warnings tell them too.
     seconds : mapping
         Wall time of the stages: triangulate, solve, move, deform.
     """
@@ -224,6 +231,8 @@ class HorizonResult:
     subdomains: tuple[Subdomain, ...]
     warnings: tuple[str, ...] = ()
     score: Score | None = None
+    misfit: Misfit | None = None
+    doubts: tuple[ThrowDoubt, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
@@ -248,6 +257,7 @@ class HorizonResult:
             graph=self.graph.moved(offset),
             cutoffs=tuple(replace(c, hanging=c.hanging + offset, foot=c.foot + offset) for c in self.cutoffs),
             subdomains=tuple(replace(s, termination=s.termination.moved(offset)) for s in self.subdomains),
+            doubts=tuple(replace(d, place=d.place + offset) for d in self.doubts),
         )
 
     @property

@@ -14,7 +14,7 @@ from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.modeling.resampling import Trace
 from graben.proximity import nearest
 from graben.refinement import component_labels
-from graben.surface import Surface, boundary_edges
+from graben.surface import Surface
 
 #: Points of a trace nearer than this many steps to each other, or to the boundary, are one.
 NEAR = 1e-3
@@ -226,7 +226,7 @@ def along_boundary(trace: Trace, horizon: Surface, reach: float) -> BoolArray:
 
 def near_boundary(points: FloatArray, horizon: Surface, reach: float) -> BoolArray:
     """Return which plan points (n, 2) lie within ``reach`` of the horizon's boundary."""
-    near = nearest(points[:, :2], horizon.vertices, boundary_edges(horizon.triangles))
+    near = nearest(points[:, :2], horizon.vertices, horizon.rim)
     return np.asarray(near.distance <= reach, dtype=bool)
 
 

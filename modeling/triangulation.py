@@ -72,7 +72,7 @@ def triangulated(horizon: Surface, graph: CutGraph, step: float, gammas: FloatAr
     faces = upward(horizon.vertices, horizon.triangles)
     vertices = horizon.vertices
     outer = np.zeros(len(vertices), dtype=bool)
-    outer[boundary_edges(faces)] = True
+    outer[horizon.rim] = True
     if len(graph.edges) == 0:
         return PlanMesh(vertices, faces, np.zeros((0, 2), dtype=np.int64), outer)
     band = max(gammas.max(), 0.0) + _BAND * step

@@ -5,15 +5,18 @@ from __future__ import annotations
 import json
 import os
 import re
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
 
 from graben import beside as copies
+from graben.arrays import floats
 from graben.beside import shared
 from graben.finding import Profile
-from graben.modeling import zone
+from graben.modeling import misfit, zone
+from graben.modeling.misfit import misfit_of
 from graben.modeling.tracing import cut_graph
 from graben.modeling.triangulation import triangulated
 from graben.refinement import refined
@@ -29,7 +32,7 @@ from graben.validators.runner import run_checks
 from tests.models import grid_horizon, model_of, plane_fault
 from tests.reports import sample
 from tests.zoo import FAILING, said
-from tests.zoo.shapes import F60, Fakes, L, N, T, faults, graph, level
+from tests.zoo.shapes import F60, STEP, Fakes, L, N, T, faults, graph, joined, level
 
 HERE = os.getpid()
 
@@ -96,6 +99,36 @@ def test_nothing_is_left_of_what_was_prepared_for_a_horizon_that_is_then_blocked
     assert told(evidence) == told(seen)
     assert not evidence.anchors
     assert not evidence.errors
+
+
+class Failing(Fakes):
+    """What traces of an unfit horizon may come to."""
+
+    def graph(self, model, horizon, complex):
+        raise IndexError
+
+
+def test_a_horizon_may_be_anything_where_checks_beside_block_it(monkeypatch):
+    given = level()
+    doubled = replace(given, surface=joined(given.surface, given.surface.moved(floats([0, 0, STEP]))))
+    model = faults(F60, horizons=[doubled])
+    plain, seen = run_checks(model, Profile.EXTENDED, Failing())
+    assert [f.check for f in seen.blocked("H")]
+    monkeypatch.setattr(course, "_LARGE", -1)
+    result, evidence = run_checks(model, Profile.EXTENDED, Failing())
+    assert result.as_dict() == plain.as_dict()
+    assert told(evidence) == told(seen)
+    with pytest.raises(IndexError):
+        run_checks(faults(F60, horizons=[level()]), Profile.EXTENDED, Failing())
+
+
+def test_the_misfit_is_the_same(monkeypatch):
+    given = sample.cut_result(), sample.model()
+    plain = misfit_of(*given)()
+    monkeypatch.setattr(misfit, "_WORTH", 0)
+    made = misfit_of(*given)()
+    assert repr(made.bins) == repr(plain.bins)
+    assert made.masked == plain.masked
 
 
 def told(evidence: Evidence) -> dict[str, object]:

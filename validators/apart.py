@@ -10,7 +10,7 @@ from graben.model import Horizon
 from graben.surface import Surface, triangle_areas, triangle_dips
 from graben.validators.context import CheckContext, Defect, Severity
 from graben.validators.finite import usable
-from graben.validators.measuring.measures import amount
+from graben.validators.measuring.measures import amount, remembered
 
 #: A trace is drawn well over so many steps at least.
 _STEPS_ALONG = 8.0
@@ -53,6 +53,7 @@ def far_horizons(context: CheckContext) -> list[Defect]:
     return found
 
 
+@remembered
 def _box(surface: Surface) -> tuple[FloatArray, FloatArray]:
     points = surface.vertices[usable(surface.vertices).all(axis=1)]
     return floats(points.min(axis=0)), floats(points.max(axis=0))

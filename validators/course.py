@@ -65,6 +65,11 @@ class Course:
             self._begin([[c] for c in due if c.long], self.context)
             self._keep(self._found([c for c in due if not c.long], self.context))
 
+    @property
+    def waits(self) -> bool:
+        """Whether checks run beside."""
+        return self._begun is not None
+
     def join(self) -> None:
         """Wait for what was begun, and keep what it says."""
         if self._begun is not None:

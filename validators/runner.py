@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Mapping
 from dataclasses import replace
 from types import MappingProxyType
+from typing import TypeVar
 
 from graben.arrays import FloatArray
 from graben.complexes import Complex
@@ -24,6 +25,8 @@ from graben.validators.context import (
 from graben.validators.course import Course
 from graben.validators.measuring.contacts import Contact, KnownContacts, contacts
 from graben.validators.registry import CHECKS
+
+Value = TypeVar("Value")
 
 
 def run_checks(
@@ -66,12 +69,10 @@ def run_checks(
     names = tuple(h.name for h in model.horizons)
     course = Course(checks, profile, CheckContext(model, frozenset(), Evidence(horizons=names)))
     for need in (n for n in Need if n <= through):
-        if need is Need.GRAPH:
+        course.context = _supplied_ahead(course, providers, need, known)
+        if need in (Need.GRAPH, Need.ANCHORS):
             course.join()
-        course.context = _supplied(course.context, providers, need, known)
-        if need is Need.ANCHORS:
-            course.join()
-            course.context = _unblocked(course.context)
+            course.context = _unblocked(course.context, need)
         course.run(need)
     course.join()
     context, said = course.context, course.said
@@ -86,6 +87,22 @@ def run_checks(
 def shifted(result: CheckResult, offset: FloatArray) -> CheckResult:
     """Return the result with all places moved by ``offset``, shape (3,), model units."""
     return replace(result, findings=tuple(f.moved(offset) for f in result.findings))
+
+
+def _supplied_ahead(
+    course: Course, providers: Providers, need: Need, known: KnownContacts | None
+) -> CheckContext:
+    """Return the context with what ``need`` asks for, while checks of horizons may still run beside.
+
+    Of a horizon that these turn out to block anything may come; what is no fault of it comes again.
+    """
+    try:
+        return _supplied(course.context, providers, need, known)
+    except Exception:
+        if not course.waits:
+            raise
+        course.join()
+        return _supplied(course.context, providers, need, known)
 
 
 def _supplied(
@@ -132,14 +149,23 @@ def _supplied(
     return replace(context, evidence=evidence)
 
 
-def _unblocked(context: CheckContext) -> CheckContext:
-    """Return the context without what was made ready for horizons that turned out to be blocked meanwhile."""
+def _unblocked(context: CheckContext, need: Need) -> CheckContext:
+    """Return the context without what a stage made for horizons that turned out to be blocked meanwhile."""
     evidence = context.evidence
-    gone = [name for name in evidence.graphs if evidence.blocked(name)]
-    anchors = {name: own for name, own in evidence.anchors.items() if name not in gone}
-    errors = {name: why for name, why in evidence.errors.items() if name not in gone}
-    evidence = replace(evidence, anchors=MappingProxyType(anchors), errors=MappingProxyType(errors))
+    asked = evidence.horizons if need is Need.GRAPH else evidence.graphs
+    gone = {name for name in asked if evidence.blocked(name)}
+    evidence = replace(
+        evidence,
+        graphs=_without(evidence.graphs, gone) if need is Need.GRAPH else evidence.graphs,
+        anchors=_without(evidence.anchors, gone),
+        errors=_without(evidence.errors, gone),
+        places=_without(evidence.places, gone),
+    )
     return replace(context, evidence=evidence)
+
+
+def _without(made: Mapping[str, Value], gone: Container[str]) -> Mapping[str, Value]:
+    return MappingProxyType({name: value for name, value in made.items() if name not in gone})
 
 
 def _empty(check: Check, context: CheckContext) -> Finding:

@@ -10,7 +10,7 @@ import numpy as np
 
 from graben.arrays import FloatArray, floats
 from graben.finding import Finding, Status
-from graben.modeling.quality import ThrowDoubt, quality
+from graben.modeling.quality import ThrowDoubt
 from graben.modeling.results import HorizonResult, Subdomain, TerminationType
 from graben.reports.check_parts import MOST_ROWS, told
 from graben.reports.marks import COLOURS
@@ -52,7 +52,7 @@ def notes(result: RunResult) -> list[Note]:
     found += [note for h in result.horizons for note in _ended(h, frame)]
     for status in (Status.FAIL, Status.WARN):
         found += [_finding(f) for f in result.after.findings if f.status is status]
-    found += [note for h in result.horizons for note in _warned(h, result)]
+    found += [note for h in result.horizons for note in _warned(h)]
     turns: dict[str, int] = {}
     ranked = []
     for note in found:
@@ -107,11 +107,9 @@ def _finding(finding: Finding) -> Note:
     return Note(finding.status, finding.check, about, finding.message, finding.remedy, place, detail)
 
 
-def _warned(horizon: HorizonResult, result: RunResult) -> Iterator[Note]:
+def _warned(horizon: HorizonResult) -> Iterator[Note]:
     """Yield the warnings of a horizon; those about throws have a place."""
-    known = {}
-    if horizon.warnings and horizon.cutoffs:
-        known = {str(d): d for d in quality(horizon, result.repaired)}
+    known = {str(d): d for d in horizon.doubts}
     for words in horizon.warnings:
         doubt = known.get(words)
         if doubt is None:

@@ -10,9 +10,8 @@ import pytest
 
 from graben.arrays import FloatArray, floats
 from graben.model import Fault, Model
-from graben.modeling.misfit import masked, missed
 from graben.modeling.picks import _wide_planes
-from graben.modeling.quality import Doubt, quality
+from graben.modeling.quality import Doubt
 from graben.pipeline import build
 from graben.reading import read_model
 from tests.modeling.test_refitting import horizon_of
@@ -40,7 +39,7 @@ def sparse_model(gamma: float, smear: float, seed: int = 0, spacing: float = 70.
 
 
 def trusted(model: Model) -> bool:
-    (told,) = masked(build(model, mend=False).horizons[0], model)
+    (told,) = build(model, mend=False).horizons[0].misfit.masked
     assert told.within > 50
     return told.left_out == 0
 
@@ -91,14 +90,14 @@ def test_relief_that_a_zone_skips_is_said_with_a_gamma_that_follows_it() -> None
     picks = floats(horizon.picks + np.outer(fold, [0.0, 0.0, 1.0]))
     model = replace(model, horizons=(horizon_of(picks, 60.0),))
     result = build(model, mend=False)
-    (told,) = missed(result.horizons[0], model)
+    (told,) = result.horizons[0].misfit.missed
     assert (told.near, told.far) == (280.0, 560.0)
     assert told.rms > 20.0 > 3.0 * told.beyond
     assert told.near < abs(told.place[0]) < told.far
-    (said,) = [d for d in quality(result.horizons[0], model) if d.kind is Doubt.MISSED]
+    (said,) = [d for d in result.horizons[0].doubts if d.kind is Doubt.MISSED]
     assert "lower gamma to about 280 m" in str(said)
     assert str(said) in result.horizons[0].warnings
     better = replace(model, parameters=model.parameters.model_copy(update={"gamma": 280.0}))
     after = build(better, mend=False).horizons[0]
-    assert not [d for d in quality(after, better) if d.kind is Doubt.MISSED]
-    assert missed(after, better)[0].rms < 0.25 * told.rms
+    assert not [d for d in after.doubts if d.kind is Doubt.MISSED]
+    assert after.misfit.missed[0].rms < 0.25 * told.rms

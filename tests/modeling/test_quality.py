@@ -10,7 +10,7 @@ import pytest
 from graben.arrays import floats
 from graben.demo import build as demo
 from graben.modeling.beyond import step_beyond
-from graben.modeling.quality import Doubt, jumps, quality, quality_warnings
+from graben.modeling.quality import Doubt, judged, jumps
 from graben.modeling.results import HorizonResult
 from graben.pipeline import build
 from graben.surface import Surface
@@ -40,14 +40,14 @@ def stepping(result: HorizonResult, step: float) -> HorizonResult:
 
 @pytest.mark.parametrize("throw", [138.0, -138.0])
 def test_a_fault_as_it_should_be_is_not_doubted(throw):
-    assert quality(sample.cut_result(throw=throw), MODEL) == ()
-    assert quality(sample.uncut_result("Top A"), MODEL) == ()
+    assert judged(sample.cut_result(throw=throw), MODEL).doubts == ()
+    assert judged(sample.uncut_result("Top A"), MODEL).doubts == ()
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_fault_that_goes_on_is_named_at_both_ends_with_its_step(sign):
     result = stepping(sample.cut_result(throw=sign * 138.0), sign * 60.0)
-    found = quality(result, MODEL)
+    found = judged(result, MODEL).doubts
     assert [d.kind for d in found] == [Doubt.NO_TIP, Doubt.NO_TIP]
     (line,) = result.cutoffs
     for doubt, row in zip(found, (0, -1), strict=True):
@@ -59,7 +59,7 @@ def test_a_fault_that_goes_on_is_named_at_both_ends_with_its_step(sign):
 
 
 def test_a_step_against_the_throw_is_not_of_this_fault():
-    assert quality(stepping(sample.cut_result(), -60.0), MODEL) == ()
+    assert judged(stepping(sample.cut_result(), -60.0), MODEL).doubts == ()
 
 
 @pytest.mark.parametrize("turn", [0.0, 37.0, 180.0])
@@ -87,7 +87,7 @@ def test_a_place_without_throw_is_named():
     (line,) = result.cutoffs
     middle = len(line.s) // 2
     waist = 1.0 - np.exp(-(((np.arange(len(line.s)) - middle) / 4.0) ** 2))
-    (doubt,) = quality(with_throw(result, line.throw * waist), MODEL)
+    (doubt,) = judged(with_throw(result, line.throw * waist), MODEL).doubts
     assert doubt.kind is Doubt.NO_THROW
     assert doubt.place[1] == pytest.approx(line.foot[middle, 1], abs=1.0)
 
@@ -96,7 +96,7 @@ def test_a_fault_that_turns_is_named_once():
     result = sample.cut_result()
     (line,) = result.cutoffs
     r = np.linspace(-1.0, 1.0, len(line.s))
-    (doubt,) = quality(with_throw(result, 138.0 * np.sin(np.pi * r) * -1.0), MODEL)
+    (doubt,) = judged(with_throw(result, 138.0 * np.sin(np.pi * r) * -1.0), MODEL).doubts
     assert doubt.kind is Doubt.TURN
     assert "normal to reverse" in str(doubt)
 
@@ -107,7 +107,7 @@ def test_a_jump_is_named_where_it_is(row):
     (line,) = result.cutoffs
     throw = line.throw + np.where(np.arange(len(line.s)) > row, 40.0, 0.0)
     throw[-1] = 0.0
-    found = [d for d in quality(with_throw(result, throw), MODEL) if d.kind is Doubt.JUMP]
+    found = [d for d in judged(with_throw(result, throw), MODEL).doubts if d.kind is Doubt.JUMP]
     assert [d.place[1] for d in found] == [pytest.approx(line.foot[row, 1], abs=1.0)]
     assert found[0].value == pytest.approx(40.0, abs=12.0)
 
@@ -137,30 +137,37 @@ def test_uneven_nodes_do_not_make_jumps():
 def test_where_the_iteration_failed_nothing_else_is_said():
     result = stepping(sample.cut_result(), 60.0)
     ended = sample.failed_run().horizons[0].subdomains
-    assert quality(replace(result, subdomains=ended), MODEL) == ()
+    assert judged(replace(result, subdomains=ended), MODEL).doubts == ()
 
 
 def test_sentences_name_horizons_and_count_z_as_the_model_does():
     result = stepping(sample.cut_result(), 60.0)
-    told = quality_warnings([result], DEPTHS)["Top A"]
+    told = [str(doubt) for doubt in judged(result, DEPTHS).doubts]
     assert len(told) == 2
     assert all("depth 2" in text or "depth 1" in text for text in told)
     z = result.cutoffs[0].foot[0, 2]
     assert f"depth {-z:.5g}" in told[0]
-    assert f"elevation {z:.5g}" in str(quality(result, MODEL)[0])
+    assert f"elevation {z:.5g}" in str(judged(result, MODEL).doubts[0])
 
 
 def test_a_name_with_braces_is_only_a_name():
     name = "F{0}{place}%s" + sample.EVIL
     result = stepping(sample.cut_result(fault_name=name), 60.0)
-    (first, _) = quality(result, sample.model(name))
+    (first, _) = judged(result, sample.model(name)).doubts
     assert name in str(first)
+
+
+def test_warnings_tell_the_doubts_after_those_that_stood_before():
+    result = replace(stepping(sample.cut_result(), 60.0), warnings=("before",))
+    told = judged(result, MODEL)
+    assert len(told.doubts) == 2
+    assert told.warnings == ("before", *(str(doubt) for doubt in told.doubts))
 
 
 def test_doubts_do_not_depend_on_where_the_model_lies():
     offset = floats([-ORIGIN[0], -ORIGIN[1], 2000.0])
     result = stepping(sample.cut_result(), 60.0)
-    here, there = quality(result, MODEL), quality(result.moved(offset), MODEL.moved(offset))
+    here, there = judged(result, MODEL).doubts, judged(result.moved(offset), MODEL.moved(offset)).doubts
     assert [d.kind for d in here] == [d.kind for d in there]
     np.testing.assert_allclose([d.value for d in here], [d.value for d in there], rtol=1e-6)
 
@@ -179,9 +186,9 @@ def test_a_fault_picked_too_short_is_told_by_the_throw_that_it_cuts_off():
     short = Surface(fault.name, v[used], local.reshape(-1, 3))
     model = replace(whole, faults=(replace(fault, surface=short),))
     (as_it_is,), (cut_off,) = build(whole).horizons, build(model).horizons
-    assert quality(as_it_is, whole) == ()
+    assert judged(as_it_is, whole).doubts == ()
     assert cut_off.converged
-    (doubt,) = quality(cut_off, model)
+    (doubt,) = judged(cut_off, model).doubts
     assert doubt.kind is Doubt.NO_TIP
     assert doubt.place[1] == pytest.approx(middle, abs=300.0)
     assert doubt.value == pytest.approx(as_it_is.largest_throw, rel=0.05)

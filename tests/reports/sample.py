@@ -12,6 +12,7 @@ from graben.cleaning.ledger import RepairAction
 from graben.cutgraph import CutGraph, NodeKind
 from graben.finding import CheckResult, Finding, Profile, Status, Worst
 from graben.model import Fault, GridGeometry, Horizon, Model
+from graben.modeling.quality import judged
 from graben.modeling.results import (
     Cutoff,
     Error,
@@ -219,6 +220,7 @@ def run_result(fault_name: str = "F1", depth: bool = False, throw: float = 138.0
     """A finished run on two horizons, the first of them cut."""
     the_model = model(fault_name, depth)
     check = check_result(the_model.z_factor)
+    horizons = (cut_result("Top A", fault_name, throw), uncut_result("Top B"))
     return RunResult(
         model=the_model,
         before=check,
@@ -227,7 +229,7 @@ def run_result(fault_name: str = "F1", depth: bool = False, throw: float = 138.0
         ),
         repaired=the_model,
         after=check,
-        horizons=(cut_result("Top A", fault_name, throw), uncut_result("Top B")),
+        horizons=tuple(judged(h, the_model) for h in horizons),
         not_modeled=MappingProxyType({}),
         timings=MappingProxyType(dict.fromkeys(STAGES, 0.25)),
         peak_memory_mb=210.0,
