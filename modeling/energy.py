@@ -95,7 +95,7 @@ class EdgePattern:
         hinges = Hinges.of(ordered, edges, ordered_sides)
         # Of the six pairs of a hinge five are edges, known already; only the pair of its tips is looked up.
         keys = [edges[:, 0] * node_count + edges[:, 1]]
-        keys.append(hinges.nodes[:, 2:].min(axis=1) * node_count + hinges.nodes[:, 2:].max(axis=1))
+        keys.append(hinges.nodes[2:].min(axis=0) * node_count + hinges.nodes[2:].max(axis=0))
         pairs, slots = _numbered(np.concatenate(keys))
         indptr, indices, source = _columns(pairs // node_count, pairs % node_count, node_count)
         return EdgePattern(
@@ -274,22 +274,21 @@ def _bent_load(
     points: FloatArray, pattern: EdgePattern, bend: FloatArray, jumps: list[FloatArray], weights: FloatArray
 ) -> FloatArray:
     """Return the load of :func:`system`; ``jumps`` and ``weights`` as of ``_jumps``, times theta l^2."""
-    nodes = pattern.hinges.nodes.T
+    nodes = pattern.hinges.nodes
     x, y = (np.ascontiguousarray(column) for column in points.T)
-    xx, xy, yy = (0.5 * (column[nodes[0]] + column[nodes[1]]) for column in np.ascontiguousarray(bend.T))
+    xx, xy, yy = (column[nodes[0]] + column[nodes[1]] for column in np.ascontiguousarray(0.5 * bend.T))
+    xx, yy = 0.5 * xx, 0.5 * yy
     # A jump knows no planes, so that 1/2 P^T K P may be counted from node i.
     from_x, from_y = x[nodes[0]], y[nodes[0]]
     pull = np.zeros(len(weights))
     for node, jump in zip(nodes[1:], jumps[1:], strict=True):
         dx, dy = x[node] - from_x, y[node] - from_y
-        pull += jump * (0.5 * (xx * dx * dx + yy * dy * dy) + xy * dx * dy)
+        pull += jump * (dx * (xx * dx + xy * dy) + yy * dy * dy)
     pull *= weights
-    return floats(
-        sum(
-            np.bincount(node, pull * jump, minlength=len(points))
-            for node, jump in zip(nodes, jumps, strict=True)
-        )
-    )
+    load = np.zeros(len(points))
+    for node, jump in zip(nodes, jumps, strict=True):
+        load += np.bincount(node, pull * jump, minlength=len(load))
+    return load
 
 
 def dirichlet(points: FloatArray, pattern: EdgePattern) -> csc_array:

@@ -19,8 +19,8 @@ class Hinges:
 
     Parameters
     ----------
-    nodes : (q, 4) array
-        Nodes (i, j, k, l) of each edge ij with two triangles, k and l opposite.
+    nodes : (4, q) array
+        Nodes i, j, k, l of each edge ij with two triangles, k and l opposite.
     edges : (q,) array
         The edge ij of each.
     faces : (2, q) array
@@ -66,9 +66,9 @@ class Hinges:
                 np.where(forward, after[corner], before[corner]),
                 np.where(forward, before[corner], after[corner]),
             ]
-        nodes = np.concatenate([edges[inner], triangles.ravel()[opposite[:, inner]].T], axis=1)
+        nodes = np.concatenate([edges[inner].T, triangles.ravel()[opposite[:, inner]]])
         return Hinges(
-            ints(nodes, -1, 4),
+            ints(nodes),
             ints(inner),
             ints(opposite[:, inner] // 3),
             ints(angles, 4, -1),

@@ -97,11 +97,12 @@ def shapes(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatAr
     ``points``: (n, 2), model units; ``triangles``: (m, 3).
     """
     x, y = (np.ascontiguousarray(column) for column in points.T)
-    at_x, at_y = ([column[corner] for corner in triangles.T] for column in (x, y))
+    corners = np.ascontiguousarray(triangles.T)
+    at_x, at_y = ([column[corner] for corner in corners] for column in (x, y))
     ways = [(at_x[k - 1] - at_x[k - 2], at_y[k - 1] - at_y[k - 2]) for k in range(3)]
     doubled = ways[0][0] * ways[1][1] - ways[0][1] * ways[1][0]
-    longest = np.maximum.reduce([dx**2 + dy**2 for dx, dy in ways])
-    return doubled, longest
+    first, second, third = (dx * dx + dy * dy for dx, dy in ways)
+    return doubled, np.maximum(np.maximum(first, second), third)
 
 
 def remeshed(
@@ -219,7 +220,8 @@ def _meeting(points: FloatArray, edges: IntArray) -> IntArray | None:
 
 def near_pieces(first: FloatArray, second: FloatArray) -> IntArray:
     """Return the pairs of pieces of plan lines, (k, 2, 2) and (l, 2, 2), whose boxes meet, (p, 2), sorted."""
-    pairs = shapely.STRtree(shapely.linestrings(second)).query(shapely.linestrings(first)).T
+    lines = shapely.linestrings(second)
+    pairs = shapely.STRtree(lines).query(lines if first is second else shapely.linestrings(first)).T
     return ints(pairs[np.lexsort(pairs.T[::-1])], -1, 2)
 
 

@@ -116,18 +116,17 @@ class Arms:
 
     def _staying(self, places: FloatArray) -> list[BoolArray]:
         """Return for each arm which of its nodes do not lie beyond a crossing; ``places`` (c, 2)."""
-        lines = [places[arm.path] for arm in self.arms]
-        stay = [np.ones(len(line), dtype=bool) for line in lines]
-        for k, line in enumerate(lines):
-            for i, j in _crossings(line, line):
-                stay[k][min(i, j) + 1 : max(i, j) + 1] = False
-        for names in self.corners:
-            ways = [np.sign(n) for n in names]
-            a, b = (lines[abs(n) - 1][::way] for n, way in zip(names, ways, strict=True))
-            stay_a, stay_b = (stay[abs(n) - 1][::way] for n, way in zip(names, ways, strict=True))
-            for i, j in _crossings(a, b):
-                stay_a[1 : i + 1] = False
-                stay_b[1 : j + 1] = False
+        stay = [np.ones(len(arm.path), dtype=bool) for arm in self.arms]
+        crossed = _crossings([places[arm.path] for arm in self.arms])
+        for k, _, i, j in crossed[crossed[:, 0] == crossed[:, 1]]:
+            stay[k][min(i, j) + 1 : max(i, j) + 1] = False
+        for a, b in self.corners if len(crossed) else ():
+            mine = (crossed[:, :2] == (abs(a) - 1, abs(b) - 1)).all(axis=1)
+            for _, _, i, j in crossed[mine]:
+                # from the junction on, which is the end of an arm with a negative name
+                for name, piece in ((a, i), (b, j)):
+                    flags = stay[abs(name) - 1]
+                    flags[slice(1, piece + 1) if name > 0 else slice(piece + 1, -1)] = False
         for flags in stay:
             flags[[0, -1]] = True
         return stay
@@ -139,12 +138,16 @@ def _crowded(line: FloatArray) -> bool:
     return bool(length.min() < _TOGETHER * length.mean())
 
 
-def _crossings(a: FloatArray, b: FloatArray) -> IntArray:
-    """Return the pairs of pieces of two plan lines, (k, 2) and (l, 2), that cross inside both, (p, 2)."""
-    first, second = (np.stack([line[:-1], line[1:]], axis=1) for line in (a, b))
-    pairs = near_pieces(first, second)
-    own, other = first[pairs[:, 0]], second[pairs[:, 1]]
-    return pairs[(straddled(own, other) < 0) & (straddled(other, own) < 0)]
+def _crossings(lines: Sequence[FloatArray]) -> IntArray:
+    """Return which pieces of plan lines (k, 2) cross inside both, (p, 4): two lines, then a piece of each."""
+    pieces = np.concatenate([np.zeros((0, 2, 2)), *(np.stack([a[:-1], a[1:]], axis=1) for a in lines)])
+    pairs = near_pieces(pieces, pieces)
+    pairs = pairs[straddled(pieces[pairs[:, 0]], pieces[pairs[:, 1]]) < 0]
+    pairs = pairs[straddled(pieces[pairs[:, 1]], pieces[pairs[:, 0]]) < 0]
+    count = [len(line) - 1 for line in lines]
+    line = np.repeat(np.arange(len(lines)), count)[pairs]
+    start = np.cumsum([0, *count])[line]
+    return ints(np.concatenate([line, pairs - start], axis=1))
 
 
 def _unkinked(line: FloatArray, stay: BoolArray) -> BoolArray:

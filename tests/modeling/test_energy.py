@@ -22,7 +22,7 @@ def test_e_h_is_zero_on_planes():
     points, triangles = irregular(17)
     plane = 3.0 + points @ [0.7, -1.3]
     pattern = EdgePattern.of(triangles, len(points))
-    gaps = (hinge_coefficients(points, pattern)[0] * plane[pattern.hinges.nodes]).sum(axis=1)
+    gaps = (hinge_coefficients(points, pattern)[0] * plane[pattern.hinges.nodes.T]).sum(axis=1)
     assert np.abs(gaps).max() < 1e-13
     matrix = assemble(points, pattern, 1.0, 1.0)
     assert np.abs(matrix @ plane).max() < 1e-13 * np.abs(matrix.data).max()
@@ -54,7 +54,7 @@ def test_the_gaps_are_those_of_the_crossing_point():
     points, triangles = irregular(8)
     pattern = EdgePattern.of(triangles, len(points))
     coefficients, weights = hinge_coefficients(points, pattern)
-    i, j, k, ell = (points[pattern.hinges.nodes[:, c]] for c in range(4))
+    i, j, k, ell = (points[pattern.hinges.nodes[c]] for c in range(4))
     t, s = coefficients[:, 1], -coefficients[:, 3]
     assert ((1 - t)[:, None] * i + t[:, None] * j) == pytest.approx(
         (1 - s)[:, None] * k + s[:, None] * ell, abs=1e-9
@@ -111,7 +111,7 @@ def test_the_matrix_is_the_slope_of_the_energy():
     theta, length = 0.3, 0.7
 
     def whole(u):
-        gaps = (coefficients * u[pattern.hinges.nodes]).sum(axis=1)
+        gaps = (coefficients * u[pattern.hinges.nodes.T]).sum(axis=1)
         differences = u[pattern.edges[:, 0]] - u[pattern.edges[:, 1]]
         e_d, e_h = 0.5 * edge_weights @ differences**2, 0.5 * hinge_weights @ gaps**2
         return (1 - theta) * e_d + theta * length**2 * e_h

@@ -21,7 +21,7 @@ from graben.surface import Surface, boundary_edges, edge_table
 from tests.models import grid_horizon, grid_triangles, model_of, model_of_demo, plane_fault
 
 FEW = settings(max_examples=40, deadline=None, derandomize=True, database=None)
-COLUMNS, ROWS = 24, 9
+COLUMNS, ROWS = 12, 5
 DEPTH = 400.0
 
 
@@ -111,7 +111,8 @@ class Line:
     def fault(self, name: str, parent: Line | None = None) -> Fault:
         """Return the fault; it starts on its parent at every elevation, where there is one."""
         if parent is None:
-            return plane_fault(tuple(self.start), tuple(self.end), dip=self.dip, depth=DEPTH, name=name)
+            ends = tuple(self.start), tuple(self.end)
+            return plane_fault(*ends, dip=self.dip, depth=DEPTH, name=name, parts=(COLUMNS, ROWS))
         z = np.linspace(-DEPTH, DEPTH, ROWS)
         own, other = self.at(z), parent.at(z)
         way, across = self.end - self.start, parent.end - parent.start

@@ -13,9 +13,9 @@ def made():
 
 def test_angles_and_faces_are_those_of_the_nodes():
     triangles, edges, hinges = made()
-    i, j, k, ell = hinges.nodes.T
+    i, j, k, ell = hinges.nodes
     corner = triangles.ravel()
-    assert (edges[hinges.edges] == hinges.nodes[:, :2]).all()
+    assert (edges[hinges.edges] == hinges.nodes[:2].T).all()
     assert (corner[hinges.angles] == [i, j, i, j]).all()
     assert (hinges.angles // 3 == hinges.faces[[0, 0, 1, 1]]).all()
     assert (corner[hinges.opposite[:, hinges.edges]] == [k, ell]).all()
@@ -38,5 +38,5 @@ def test_rims_are_all_the_other_sides_of_all_hinges():
     # ik, jk, il, jl: each role of each hinge once.
     assert (np.sort(place[there]) == np.arange(4 * count)).all()
     ends = np.array([[0, 2], [1, 2], [0, 3], [1, 3]])[role]
-    nodes = np.take_along_axis(hinges.nodes[hinge], ends, axis=1)
+    nodes = np.take_along_axis(hinges.nodes.T[hinge], ends, axis=1)
     assert (np.sort(nodes, axis=1) == edges[edge[there]]).all()
