@@ -24,6 +24,7 @@ from graben.model import Fault, Model
 from graben.surface import Surface
 from graben.validators.context import Evidence, Need, Severity
 from graben.validators.registry import CHECKS
+from graben.words import plural
 
 #: Checks a model as far as a stage, of the checks that can only warn those named; in the model's own frame.
 Gate = Callable[[Model, Need, frozenset[str]], tuple[CheckResult, Evidence]]
@@ -119,7 +120,7 @@ class _Work:
         for _ in range(MOST_TRIES):
             if not findings or (repair.need >= Need.COMPLEX and evidence.complex is None):
                 break
-            progress("repair", f"{repair.id}, {len(findings)} findings")
+            progress("repair", f"{repair.id}, {plural(len(findings), 'finding')}")
             vetoed = self._vetoed(repair)
             self.notes.forget(repair, (f for f in findings if self._faults_of(f) not in vetoed))
             proposed = repair.propose(

@@ -1,7 +1,7 @@
 """Put the keys of model.toml into their page: `python docs/collect_settings.py`.
 
-Types, ranges and defaults are those of the classes that read the file; what a key means stands here. A key
-without a meaning, and a meaning without a key, end the script. A test holds the page to the classes.
+Types, ranges, defaults and meanings are those of the classes that read the file; the page adds links. A key
+without a meaning, and a link without its words, end the script. A test holds the page to the classes.
 """
 
 from __future__ import annotations
@@ -11,109 +11,29 @@ from pathlib import Path
 from typing import Any
 
 from between_marks import write
+from pydantic import BaseModel
 
-from graben.settings import ModelFile
+from graben.formats.model_file import SECTIONS
+from graben.settings import ModelFile, meaning
 from graben.validators.registry import CHECKS
 
 DOCS = Path(__file__).resolve().parent
 #: Numbers so large that a limit by them is none to a user.
 ENDLESS = 1e20
 
-#: What each table is, and for each of its keys what it means and, where the class has none, the default.
-TABLES: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
-    "[model]": (
-        "Once. What the model is called and how its files count.",
-        {
-            "name": ("name of the model, in reports", ""),
-            "z": (
-                "how files that do not state their own sign count: `elevation` is positive up, `depth` "
-                "positive down; outputs count the same way",
-                "",
-            ),
-            "unit": ("unit of all lengths", ""),
-            "crs": ("coordinate system, carried through to the outputs, such as `EPSG:23031`", "none"),
-            "truth": ("folder with the [known answer](demo-models.md); the run then scores itself", "none"),
-        },
-    ),
-    "[[horizons]]": (
-        "One for each horizon.",
-        {
-            "name": ("name; of a file with several surfaces, the one that is taken", ""),
-            "file": ("grid, triangulated surface or points: [formats](formats.md)", ""),
-            "step": (
-                "node spacing, for points and triangulated surfaces; a grid keeps its own",
-                "[from the surface](conventions.md#step)",
-            ),
-            "noise": (
-                "standard deviation of the picks, model units; 0 takes the nodes as they are",
-                "estimated: [the method](method.md)",
-            ),
-        },
-    ),
-    "[[faults]]": (
-        "One for each fault, or for each file of faults.",
-        {
-            "name": (
-                "name; without it every surface of the file is a fault, by its own name",
-                "from the file",
-            ),
-            "file": ("triangulated surface, or fault sticks: [formats](formats.md)", ""),
-            "gamma": ("gamma of this fault alone", "`gamma` of [parameters]"),
-        },
-    ),
-    "[parameters]": (
-        "Of the rebuilding. How to choose them: [the full run](howto-run.md).",
-        {
-            "theta": ("weight of the bends against the slope in [the energy](theta.md)", ""),
-            "length": (
-                "the length that gives both terms of the energy one unit",
-                "10 times the widest gamma of the subdomain",
-            ),
-            "gamma": (
-                "half-width, in plan, of the zone beside a fault that is rebuilt",
-                "4 steps of the horizon",
-            ),
-            "tolerance": (
-                "largest change of a cut node, and its distance from the fault, at which the iteration ends",
-                "1e-5 of the model's size, at most 0.1 m (0.33 ft; unit `none`: no limit)",
-            ),
-            "max_iterations": ("iterations after which a subdomain is given up (type 1)", ""),
-            "min_dip": ("dip below which the check [min-dip](checks/min-dip.md) warns, degrees", ""),
-            "acceleration": ("`false`: the plain iteration of the paper", ""),
-        },
-    ),
-    "[repair]": (
-        "Limits of [repair](repair.md).",
-        {
-            "max_move": (
-                "how far a vertex of the result may lie from the surface that was given",
-                "half the least step of the horizons; with none, half the median edge of the fault",
-            ),
-            "max_extension": (
-                "how far a fault may be extended or cut back at a contact, and half the width of a hole that "
-                "is filled; the default limit of the check [near-miss](checks/near-miss.md)",
-                "5 max_move",
-            ),
-            "dip_floor": ("dip that the repair of z-monotone aims at, degrees", ""),
-            "steepen": ("`true`: what dips less than `min_dip` is repaired as well", ""),
-            "warnings": ("`false`: only failures are repaired", ""),
-            "skip": ("repairs switched off, by their [names](repairs.md)", ""),
-        },
-    ),
-    "[[contacts]]": (
-        "One for each pair of faults of which more is known than the surfaces tell.",
-        {
-            "faults": ("the two faults, by name", ""),
-            "rule": (
-                "`accept`: they stay as they are; `force`: they are to meet; `forbid`: they must not",
-                "",
-            ),
-        },
-    ),
-    "[checks]": (
-        "Tolerances, named as their checks; their pages say what they do.",
-        {},
-    ),
+#: By a table, or a table and its key: words that are said of it, and the page that they lead to.
+LINKS = {
+    "model.truth": ("known answer", "demo-models.md"),
+    "horizons.file": ("grid, triangulated surface or points", "formats.md"),
+    "horizons.step": ("from the surface", "conventions.md#step"),
+    "horizons.noise": ("estimated", "method.md"),
+    "faults.file": ("triangulated surface, or fault sticks", "formats.md"),
+    "parameters": ("rebuilding", "howto-run.md"),
+    "parameters.theta": ("the energy", "theta.md"),
+    "parameters.min_dip": ("min-dip", "checks/min-dip.md"),
+    "repair": ("repair", "repair.md"),
+    "repair.max_extension": ("near-miss", "checks/near-miss.md"),
+    "repair.skip": ("names", "repairs.md"),
 }
 
 
@@ -121,29 +41,42 @@ def page() -> str:
     """Return the tables of all keys."""
     schema = ModelFile.model_json_schema()
     parts = []
-    for title, (sentence, meanings) in TABLES.items():
-        table = title.strip("[]")
-        parts.append(f"## {title}\n{sentence}")
-        if table == "checks":
-            parts.append(tolerances())
-        else:
-            parts.append(keys(_resolved(schema["properties"][table], schema), meanings, title))
-    if {t.strip("[]") for t in TABLES} != set(schema["properties"]):
-        raise SystemExit("the tables of model.toml are others than those told here")
+    for table, about in schema["properties"].items():
+        title = f"[[{table}]]" if "items" in about else f"[{table}]"
+        said = linked(meaning(ModelFile, table)[0], table)
+        parts.append(f"## {title}\n{said[:1].upper()}{said[1:]}.")
+        parts.append(keys(_resolved(about, schema), table) if table in SECTIONS else tolerances())
+    unused = {name for name in LINKS if not _has(name)}
+    if unused:
+        raise SystemExit(f"there is nothing to link at {', '.join(sorted(unused))}")
     return "\n\n".join(parts)
 
 
-def keys(section: dict[str, Any], meanings: dict[str, tuple[str, str]], title: str) -> str:
+def _has(name: str) -> bool:
+    """Return whether a table, or a table and its key, exists."""
+    table, _, key = name.partition(".")
+    return table in ModelFile.model_fields and (not key or key in SECTIONS[table].model_fields)
+
+
+def linked(text: str, name: str) -> str:
+    """Return what is said of a table or key, with its link."""
+    words, target = LINKS.get(name, ("", ""))
+    return text.replace(words, f"[{words}]({target})", 1) if words else text
+
+
+def keys(known: dict[str, Any], table: str) -> str:
     """Return the table of the keys of a section."""
-    known = section["properties"]
-    if list(known) != list(meanings):
-        raise SystemExit(f"{title}: the keys are {', '.join(known)}, told are {', '.join(meanings)}")
+    section: type[BaseModel] = SECTIONS[table]
     lines = ["| key | value | default | means |", "|---|---|---|---|"]
-    for key, about in known.items():
-        meaning, absent = meanings[key]
-        needed = key in section.get("required", ())
-        default = "**needed**" if needed else absent or _toml(about["default"])
-        lines.append(f"| `{key}` | {_kind(about)} | {default} | {meaning} |")
+    for key, about in known["properties"].items():
+        means, absent = meaning(section, key)
+        if not means:
+            raise SystemExit(f"[{table}] {key} has no meaning: describe it in core/settings.py")
+        name = f"{table}.{key}"
+        if name in LINKS and LINKS[name][0] not in f"{absent}; {means}":
+            raise SystemExit(f"nothing that is said of {name} reads {LINKS[name][0]!r}")
+        default = "**needed**" if key in known.get("required", ()) else absent or _toml(about["default"])
+        lines.append(f"| `{key}` | {_kind(about)} | {linked(default, name)} | {linked(means, name)} |")
     return "\n".join(lines)
 
 
@@ -186,8 +119,6 @@ def _range(about: dict[str, Any]) -> str:
 
 
 def _toml(value: object) -> str:
-    if isinstance(value, list | tuple):
-        return "none"
     return f"`{str(value).lower()}`" if isinstance(value, bool) else f"`{value}`"
 
 

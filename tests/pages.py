@@ -10,6 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from doctest import ELLIPSIS, NORMALIZE_WHITESPACE, OutputChecker
 from pathlib import Path
+from unittest import mock
+
+from tests.commands import graben
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -21,6 +24,10 @@ _FENCE = re.compile(r"^```(\{code-block\} )?(\w+)\n(?::caption: (\S+)\n)?(.*?)^`
 #: Output may run over lines as it likes, and `...` stands for what differs from run to run.
 _LENIENT = ELLIPSIS | NORMALIZE_WHITESPACE
 _PROMPT = "$ "
+#: A command of graben without redirection, expansion or another command than one that shows its exit code.
+_PLAIN = re.compile(r'graben((?: [\w./-]+)*)(; echo "exit code \$\?")?')
+#: One order of file names wherever the tests run, and lines as wide as in a plain terminal log.
+_ENVIRONMENT = {"LC_ALL": "C.UTF-8", "COLUMNS": "100"}
 
 
 @dataclass(frozen=True)
@@ -71,7 +78,7 @@ def worked_through(text: str, folder: Path) -> Iterator[Done]:
             (folder / block.file).write_text(block.text, encoding="utf-8")
         elif block.language == "console":
             for command, shown in sessions(block):
-                yield Done(command, shown, _output(["sh", "-c", command], folder))
+                yield Done(command, shown, _answered(command, folder))
         elif block.language == "python":
             shown = following.text if following and following.language == "text" else ""
             yield Done(block.text, shown, _output([sys.executable, "-c", block.text], folder))
@@ -95,19 +102,31 @@ def renewed(text: str, done: list[Done]) -> str:
     return before + text
 
 
+def _answered(command: str, folder: Path) -> str:
+    """Return what a command prints: a shell's, unless it is graben and nothing else, which needs none."""
+    plain = _PLAIN.fullmatch(command)
+    if plain is None:
+        return _output(["sh", "-c", command], folder)
+    with mock.patch.dict(os.environ, _ENVIRONMENT):
+        done = graben(*plain[1].split(), cwd=folder, merged=True)
+    return f"{done.stdout}exit code {done.returncode}\n" if plain[2] else _told(done)
+
+
 def _output(command: list[str], folder: Path) -> str:
     """Return what a command prints, errors included, where `graben` and `python` are those of the tests."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
-    # One order of file names wherever the tests run, and lines as wide as in a plain terminal log.
-    environment = {**os.environ, "PATH": path, "LC_ALL": "C.UTF-8", "COLUMNS": "100"}
     done = subprocess.run(
         command,
         cwd=folder,
-        env=environment,
+        env={**os.environ, "PATH": path, **_ENVIRONMENT},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
         check=False,
     )
+    return _told(done)
+
+
+def _told(done: subprocess.CompletedProcess[str]) -> str:
     ended = f"exit code {done.returncode}\n" if done.returncode else ""
     return done.stdout + ended

@@ -15,7 +15,9 @@ from graben import errors
 from graben.cleaning.registry import REPAIRS
 from graben.cli import app
 from graben.demo import names as demo_names
+from graben.formats.model_file import SECTIONS
 from graben.modeling.results import TerminationType
+from graben.settings import ModelFile, meaning
 from tests.pages import DOCS, ROOT, blocks
 
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
@@ -38,6 +40,30 @@ def test_collected_parts_are_up_to_date(scripts: dict[str, dict[str, Any]], name
     for path, content in scripts[name]["pages"]().items():
         text = path.read_text(encoding="utf-8")
         assert text == scripts["between_marks"]["filled"](text, content), f"{path.name}: run docs/{name}.py"
+
+
+def test_every_key_of_a_model_has_a_meaning_and_a_default() -> None:
+    tables = {"": ModelFile, **SECTIONS}
+    keys = [(table, key, about) for table, c in tables.items() for key, about in c.model_fields.items()]
+    assert len(keys) > 30
+    for table, key, about in keys:
+        means, default = meaning(tables[table], key)
+        assert means and not means.endswith("."), f"[{table}] {key}"
+        # a value is told by itself; what is worked out is told in words
+        assert bool(default) == (about.default is None or (about.default == () and table != "")), key
+
+
+def test_a_link_of_the_keys_needs_its_words(
+    scripts: dict[str, dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = scripts["collect_settings"]
+    links = settings["LINKS"]
+    assert "[the energy](theta.md)" in settings["page"]()
+    for name, said in (("model.name", "no such words"), ("model.nothing", "name"), ("nothing", "name")):
+        with monkeypatch.context() as patch:
+            patch.setitem(links, name, (said, "page.md"))
+            with pytest.raises(SystemExit):
+                settings["page"]()
 
 
 def test_a_page_without_marks_is_refused(scripts: dict[str, dict[str, Any]]) -> None:

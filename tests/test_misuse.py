@@ -49,6 +49,31 @@ def test_a_misspelled_key_is_told_before_the_one_that_is_missing_for_it(tmp_path
     assert "did you mean 'file'?" in said
 
 
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            section("horizons", name="Top"),
+            "'file' is missing in [[horizons]] number 1 ('Top'); add it: grid,",
+        ),
+        (section("faults", name="F"), "number 1 ('F'); add it: triangulated surface, or fault sticks."),
+        (
+            '[[contacts]]\nfaults = ["A", "B"]\n',
+            "'rule' is missing in [[contacts]] number 1; add it: `accept`",
+        ),
+    ],
+)
+def test_a_key_that_is_missing_is_told_with_its_meaning(tmp_path: Path, text: str, says: str) -> None:
+    assert says in refused(folder_of(tmp_path, text))
+
+
+def test_a_table_that_is_missing_is_told_with_its_meaning(tmp_path: Path) -> None:
+    (tmp_path / "model.toml").write_text("[parameters]\n")
+    assert "the table 'model' is missing; add it: what the model is called" in refused(
+        tmp_path / "model.toml"
+    )
+
+
 def test_backslashes_in_paths_are_told_to_be_slashes(tmp_path: Path) -> None:
     file = folder_of(tmp_path, '[[horizons]]\nname = "Top"\nfile = "data\\Xop.irap"\n')
     said = refused(file)

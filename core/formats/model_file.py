@@ -21,12 +21,14 @@ from graben.settings import (
     ModelSection,
     Parameters,
     RepairSettings,
+    meaning,
 )
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-_SECTIONS: dict[str, type[BaseModel]] = {
+#: The classes of the tables, by name; [checks] has none, its keys are the ids of checks.
+SECTIONS: dict[str, type[BaseModel]] = {
     "model": ModelSection,
     "horizons": HorizonSection,
     "faults": FaultSection,
@@ -107,13 +109,13 @@ def _sentence(error: ErrorDetails, keys: dict[str, Any]) -> str:
     place = _place(location, keys)
     key = ".".join(str(part) for part in location if not isinstance(part, int)).removeprefix(f"{section}.")
     if error["type"] == "extra_forbidden":
-        known = list(_SECTIONS[section].model_fields if len(location) > 1 else ModelFile.model_fields)
+        known = list(SECTIONS[section].model_fields if len(location) > 1 else ModelFile.model_fields)
         near = get_close_matches(key, known, n=1)
         mend = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
         return f"unknown key {shortened(key)}{place} ({mend}); correct it or take it out"
     if error["type"] == "missing":
-        kind = "table" if len(location) == 1 else "key"
-        return f"the {kind} {key!r} is missing{place}; add it"
+        kind, owner = ("table", ModelFile) if len(location) == 1 else ("key", SECTIONS[section])
+        return f"the {kind} {key!r} is missing{place}; add it: {meaning(owner, key)[0]}"
     what = error["msg"].replace("Input should be", "must be").replace("String should", "must")
     return f"{key} = {_quoted(error['input'])}{place} {what[0].lower()}{what[1:]}; correct it"
 

@@ -148,7 +148,7 @@ def _map(scenery: Scenery, numbered: Mapping[int, Finding], shown: frozenset[int
         caption = f"The model in plan; the worst place of {which} bears its number."
         nowhere = sum(not len(scenery.marks(f).everything) for f in numbered.values())
         caption += f" {plural(nowhere, 'finding')} without a place." if nowhere else ""
-        caption += f" {plural(made.missing, 'label')} left out for want of room." if made.missing else ""
+    caption += told(made.words())
     drawing = sum(len(s.surface.triangles) for s in scenery.faults.values()) <= _DRAWN
     alt = f"Map of {told(scenery.model.name)} with its faults, traces and {plural(len(numbered), 'finding')}."
     return picture(made.figure, alt, caption, _MAP, drawing)
@@ -162,8 +162,9 @@ def _about(scenery: Scenery, profile: str) -> list[tuple[str, str]]:
     rows = [
         ("name", model.name),
         ("file", model.file.name if model.file else ""),
-        ("horizons", f"{len(model.horizons)}, {triangles[0]:,} triangles"),
-        ("faults", f"{len(model.faults)}, {triangles[1]:,} triangles"),
+        ("horizons", str(len(model.horizons))),
+        ("faults", str(len(model.faults))),
+        ("triangles", f"{triangles[0]:,} of horizons, {triangles[1]:,} of faults"),
         ("z", f"{model.z}, positive {'up' if model.z_factor > 0 else 'down'}"),
         ("unit", model.unit),
         ("coordinate system", model.crs or "not given"),

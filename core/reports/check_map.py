@@ -13,10 +13,12 @@ from matplotlib.patches import Patch
 from graben.arrays import FloatArray
 from graben.finding import Finding, Status
 from graben.reports.check_plan import draw_outline, draw_traces, footprint, name_label, plan
-from graben.reports.labels import Label, write_labels
+from graben.reports.check_words import seen
+from graben.reports.labels import Label, stem, write_labels
 from graben.reports.map_parts import SIGNS, bounds, north_arrow, scale_bar
 from graben.reports.marks import COLOURS, Marks, fitted, window_of
 from graben.reports.scenery import HORIZON_INK, Scenery
+from graben.reports.shapes import Shape
 from graben.reports.style import FAULT, PAPER, styled
 
 # Inches on paper.
@@ -25,7 +27,7 @@ _LOWEST, _HIGHEST = 1.5, 8.2
 _DASHES = (0, (5, 2))
 _MARGIN = 0.05  # of the larger side
 _FAULT_INK = ("#4A4A4A", "#DDE3EA")
-#: More faults than these have no names.
+#: Of more faults than these none is named.
 _MOST_NAMES = 40
 #: Of more findings than these only the worst places are drawn, each a dot of so many points.
 _MOST_DRAWN, _DOT = 40, 3.5
@@ -36,10 +38,23 @@ _MOST_NUMBERS = 3
 
 @dataclass(frozen=True, eq=False)
 class Overview:
-    """The map, and how many labels found no room on it."""
+    """The map, how many numbers and names found no room on it, and the beginning of all names, left out."""
 
     figure: Figure
-    missing: int
+    numbers: int
+    names: int
+    stem: str
+
+    def words(self) -> str:
+        """Return what a caption says of what is left out; empty where nothing is."""
+        said = f" All names begin with {self.stem}, which is left out." if self.stem else ""
+        counts = ((self.numbers, "label of findings", "labels of findings"), (self.names, "name", "names"))
+        left = [f"{count} {one if count == 1 else many}" for count, one, many in counts if count]
+        if left:
+            said += f" Left out for want of room: {', '.join(left)}."
+        if self.names:
+            said += " In the 3D view a fault is named where the pointer rests on it."
+        return said
 
 
 @styled
@@ -91,15 +106,22 @@ def overview(scenery: Scenery, numbered: Mapping[int, Finding], named: Collectio
             places = np.array([plan(m.worst) for m in own if m.worst is not None]).reshape(-1, 2)
             axes.plot(*places.T, "o", ms=_DOT, mfc=COLOURS[status], mec=PAPER, mew=0.4, zorder=SIGNS - 0.5)
     labels = _numbers({n: m for n, m in marks.items() if n in named}, extent)
-    if len(scenery.faults) <= _MOST_NAMES:
-        for shape in scenery.faults.values():
-            labels += name_label(shape, FAULT, window)
-    missing = write_labels(axes, labels, (width, height))
+    shapes = sorted(scenery.faults.values(), key=_length, reverse=True)
+    start = stem([seen(s.surface.name) for s in shapes])
+    names = [label for s in shapes for label in name_label(s, FAULT, window, start)]
+    written = names if len(shapes) <= _MOST_NAMES else []
+    missing = write_labels(axes, [*labels, *written], (width, height))
+    unnamed = len(names) - len(written) + sum(not label.boxed for label in missing)
     scenery.frame.plan_axes(axes, extent)
     scale_bar(axes, bounds(plan(_corners(window))), extent, scenery.frame)
     north_arrow(axes)
     _legend(figure, scenery, numbered)
-    return Overview(figure, missing)
+    return Overview(figure, sum(label.boxed for label in missing), unnamed, start if written else "")
+
+
+def _length(shape: Shape) -> float:
+    """Return the length in plan of the upper rim of a fault, which its name stands for on the map."""
+    return float(sum(np.hypot(*np.diff(line[:, :2], axis=0).T).sum() for line in shape.upper_rim))
 
 
 def _corners(window: tuple[float, float, float, float]) -> FloatArray:

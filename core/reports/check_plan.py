@@ -106,8 +106,11 @@ def footprint(
         axes.add_collection(drawn, autolim=False)
 
 
-def name_label(shape: Shape, ink: str, window: Window) -> list[Label]:
-    """Return the name of a fault at the middle of that part of its upper rim which is in the window."""
+def name_label(shape: Shape, ink: str, window: Window, stem: str = "") -> list[Label]:
+    """Return the name of a fault at the middle of that part of its upper rim which is in the window.
+
+    Of the name its beginning, ``stem``, is left out.
+    """
     lines = shape.upper_rim or shape.rim or (shape.surface.vertices,)
     places = np.concatenate([(p[1:, :2] + p[:-1, :2]) / 2 for p in lines])
     west, east, south, north = window
@@ -115,7 +118,7 @@ def name_label(shape: Shape, ink: str, window: Window) -> list[Label]:
     if not len(inside):
         return []
     x, y = inside[np.argmin(np.linalg.norm(inside - np.median(inside, axis=0), axis=1))]
-    return [Label(shortened(shape.surface.name), (float(x), float(y)), ink, boxed=False)]
+    return [Label(shortened(shape.surface.name.removeprefix(stem)), (float(x), float(y)), ink, boxed=False)]
 
 
 def shortened(name: str) -> str:

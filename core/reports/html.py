@@ -15,6 +15,7 @@ from graben.reports.json_report import Files
 from graben.reports.ledger_rows import checks_both, ledger
 from graben.reports.model_files import ModelFiles
 from graben.reports.page import rendered
+from graben.reports.repair_words import left_sentence
 from graben.reports.run_figures import RunFigures, Truth
 from graben.reports.run_notes import Note, note_rows, notes, spots
 from graben.reports.run_rows import (
@@ -28,8 +29,8 @@ from graben.reports.run_rows import (
     throw_row,
 )
 from graben.reports.scene import Scene
-from graben.reports.style import Frame
-from graben.reports.summary import horizon_line, verdict
+from graben.reports.style import Frame, rounded
+from graben.reports.summary import horizon_line, open_parts, verdict
 from graben.reports.view3d import run_space, scene
 from graben.words import plural
 
@@ -122,8 +123,9 @@ def report_html(
         "changed": [fault_row(c, changed, frame) for c in changed[:MOST_ROWS]],
         "changed_more": _more(len(changed), "changed fault"),
         **products(result, files, whole or ModelFiles(), tables),
+        "left_sentence": left_sentence(result),
         "parameters": parameters(result, frame),
-        "timings": [(stage.replace("_", " "), f"{s:.3f}") for stage, s in result.timings.items()],
+        "timings": [(stage.replace("_", " "), rounded(s)) for stage, s in result.timings.items()],
         "made": made,
         "memory": f"{result.peak_memory_mb:.0f}",
     }
@@ -157,12 +159,15 @@ def _faults(result: RunResult, throws: Sequence[FaultThrow], frame: Frame) -> di
     for t in throws:
         largest[t.fault] = max(largest.get(t.fault, 0.0), abs(t.throw))
     names = sorted(largest, key=lambda name: -largest[name])
+    open_ = {(h.name, name) for h in result.horizons for s in open_parts(h) for name in s.faults}
     rows = [
         {
             "key": name,
             "name": told(name),
             "throw": frame.length(largest[name]),
-            "rows": [throw_row(t, frame) for t in throws if t.fault == name],
+            "rows": [
+                throw_row(t, frame, final=(t.horizon, name) not in open_) for t in throws if t.fault == name
+            ],
         }
         for name in names[:MOST_ROWS]
     ]

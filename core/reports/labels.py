@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,10 @@ _PADDING = 1.5  # points around a text
 _CORNER = (32.0, 16.0)
 #: Half the size of a dot and of a ring, points.
 _DOT, _RING = 3.0, 7.0
+#: Texts further from their places than this have a line to them, points.
+_FAR = 12.0
+#: A beginning that all names share is left out from so many letters on, after one of these.
+_LEAST_STEM, _SEPARATORS = 6, "-_. /"
 #: Where a label is tried: distances from its place to its own middle, points, and directions.
 _REACHES = (9.0, 14.0, 20.0, 28.0, 38.0, 50.0, 64.0)
 _DIRECTIONS = np.stack([f(np.radians(np.arange(45, 405, 30))) for f in (np.cos, np.sin)], axis=1)
@@ -30,7 +35,10 @@ _DIRECTIONS = np.stack([f(np.radians(np.arange(45, 405, 30))) for f in (np.cos, 
 
 @dataclass(frozen=True)
 class Label:
-    """A text, the place it is about (x, y in the drawing), and its look; a box has a line to its place."""
+    """A text, the place it is about (x, y in the drawing), and its look.
+
+    A box has a line to its place, and so has a text that stands far from it.
+    """
 
     text: str
     place: tuple[float, float]
@@ -46,7 +54,7 @@ def write_labels(
     *,
     corners: bool = False,
     ring: FloatArray | None = None,
-) -> int:
+) -> list[Label]:
     """Write labels where they cover neither each other nor a place that has one.
 
     Parameters
@@ -64,8 +72,8 @@ def write_labels(
 
     Returns
     -------
-    int
-        How many found no room.
+    list of Label
+        Those that found no room.
     """
     (west, east), (south, north) = sorted(axes.get_xlim()), sorted(axes.get_ylim())
     size = np.array(extent) * _POINTS
@@ -84,18 +92,34 @@ def write_labels(
         west_end, east_end = (0.0, size[1] - _CORNER[1]), (size[0] - _CORNER[0], size[1] - _CORNER[1])
         boxes = [[*end, end[0] + _CORNER[0], size[1]] for end in (west_end, east_end)]
         taken = np.append(taken, boxes, axis=0)
-    missing = 0
+    missing = []
     for label, dot in zip(labels, dots, strict=True):
         lines = label.text.split("\n")
         width = max(len(line) for line in lines) * _LETTER[0] * label.size
         half = np.array([width, len(lines) * _LETTER[1] * label.size]) / 2 + _PADDING
         middle = _free(dot, half, taken, size)
         if middle is None:
-            missing += 1
+            missing.append(label)
             continue
         taken = np.append(taken, [[*(middle - half), *(middle + half)]], axis=0)
-        _write(axes, label, middle / size, boxed=label.boxed)
+        apart = float(np.hypot(*np.maximum(np.abs(middle - dot) - half, 0.0)))
+        _write(axes, label, middle / size, joined=label.boxed or apart > _FAR)
     return missing
+
+
+def stem(names: Sequence[str]) -> str:
+    """Return how all of some names begin, where that is so long that it hides what tells them apart.
+
+    >>> stem(["SAFS-SGPR-Redlands", "SAFS-SGPR-Reservoir"]), stem(["F1", "F2"]), stem(["Northern fault"])
+    ('SAFS-SGPR-', '', '')
+    """
+    if len(names) < 2:
+        return ""
+    # what the first and the last of them share, all between share
+    ends = takewhile(lambda pair: pair[0] == pair[1], zip(min(names), max(names), strict=False))
+    same = "".join(letter for letter, _ in ends)
+    same = same[: max((same.rfind(c) for c in _SEPARATORS), default=-1) + 1]
+    return same if len(same) >= _LEAST_STEM and all(len(n) > len(same) for n in names) else ""
 
 
 def _free(dot: FloatArray, half: FloatArray, taken: FloatArray, size: FloatArray) -> FloatArray | None:
@@ -113,9 +137,16 @@ def _free(dot: FloatArray, half: FloatArray, taken: FloatArray, size: FloatArray
     return None
 
 
-def _write(axes: Axes, label: Label, middle: FloatArray, boxed: bool) -> None:
+def _write(axes: Axes, label: Label, middle: FloatArray, joined: bool) -> None:
+    """Write a label at a middle, (2,) shares of the axes, with a line to its place where it is ``joined``."""
     box = {"boxstyle": "round,pad=0.18", "fc": PAPER, "ec": label.colour, "lw": 0.8, "alpha": 0.92}
-    line = {"arrowstyle": "-", "color": label.colour, "lw": 0.7, "shrinkA": 0, "shrinkB": 2}
+    line = {
+        "arrowstyle": "-",
+        "color": label.colour,
+        "lw": 0.7 if label.boxed else 0.4,
+        "shrinkA": 0,
+        "shrinkB": 2,
+    }
     axes.annotate(
         label.text,
         label.place,
@@ -124,9 +155,10 @@ def _write(axes: Axes, label: Label, middle: FloatArray, boxed: bool) -> None:
         ha="center",
         va="center",
         fontsize=label.size,
-        weight="bold" if boxed else "normal",
+        weight="bold" if label.boxed else "normal",
         color=label.colour,
-        bbox=box if boxed else {"boxstyle": "square,pad=0.1", "fc": PAPER, "ec": "none", "alpha": 0.75},
-        arrowprops=line if boxed else None,
-        zorder=SIGNS + 2,
+        bbox=box if label.boxed else {"boxstyle": "square,pad=0.1", "fc": PAPER, "ec": "none", "alpha": 0.75},
+        arrowprops=line if joined else None,
+        # the line of a text passes under boxes
+        zorder=SIGNS + (2 if label.boxed else 1),
     )

@@ -51,6 +51,12 @@ def strokes(segments: FloatArray) -> Path:
     return Path(segments.reshape(-1, 2), np.tile([Path.MOVETO, Path.LINETO], len(segments)))
 
 
+def scale_bar_box(window: Window, extent: float) -> tuple[float, float, float, float]:
+    """Return west, south, east and north of what the bar of scale covers of a map."""
+    x, y, pad = window[0] + 0.02 * extent, window[2] + 0.03 * extent, 0.015 * extent
+    return x - pad, y - 0.02 * extent, x + nice(_SCALE_BAR * extent) + pad, y + 0.03 * extent
+
+
 def scale_bar(axes: Axes, window: Window, extent: float, frame: Frame) -> None:
     """Draw a bar of round length in the lower left corner."""
     length = nice(_SCALE_BAR * extent)
@@ -59,8 +65,8 @@ def scale_bar(axes: Axes, window: Window, extent: float, frame: Frame) -> None:
         [(x + a, y), (x + b, y), (x + b, y + h), (x + a, y + h)]
         for a, b in ((0, length / 2), (length / 2, length))
     ]
-    box = [(x - 0.015 * extent, y - 0.02 * extent), (x + length + 0.015 * extent, y - 0.02 * extent)]
-    box += [(box[1][0], y + 0.05 * extent), (box[0][0], y + 0.05 * extent)]
+    west, south, east, north = scale_bar_box(window, extent)
+    box = [(west, south), (east, south), (east, north), (west, north)]
     axes.add_collection(PolyCollection([box], facecolors=PAPER, edgecolors="none", alpha=0.8, zorder=SIGNS))
     axes.add_collection(
         PolyCollection(halves, facecolors=[FAULT, PAPER], edgecolors=FAULT, linewidths=0.7, zorder=SIGNS + 1)

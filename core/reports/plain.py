@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
 
@@ -59,11 +60,21 @@ def more(count: int, most: int, indent: str = "", of: Sequence[str] = (), width:
 def about(names: Iterable[str], words: str) -> str:
     """Return words with the names they are about before them, but for those that they say themselves.
 
-    >>> about(["Top A", "F1"], "F1 ends short."), about(["F1"], "F1 ends short.")
-    ('Top A: F1 ends short.', 'F1 ends short.')
+    >>> about(["Top A", "F1"], "F1 ends short."), about(["F1"], "F10 ends short.")
+    ('Top A: F1 ends short.', 'F1: F10 ends short.')
     """
-    missing = [name for name in names if name not in words]
-    return f"{', '.join(missing)}: {words}" if missing else words
+    missing = unsaid(names, words)
+    return f"{named(missing)}: {words}" if missing else words
+
+
+def unsaid(names: Iterable[str], words: str) -> list[str]:
+    """Return the names that words do not say.
+
+    >>> unsaid(["F1", "F2", "F6"], "F1 is cut by F6 (2).")
+    ['F2', 'F6']
+    """
+    # "F6 (2)" is what repair calls a part of F6, and another fault than F6
+    return [name for name in names if not re.search(rf"(?<!\w){re.escape(name)}(?!\w| \(\d)", words)]
 
 
 def counts(names: Iterable[str]) -> str:

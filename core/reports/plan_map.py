@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +17,18 @@ from graben.arrays import BoolArray, FloatArray, IntArray, ints
 from graben.cutgraph import NodeKind
 from graben.modeling.products import cutoff_polygons
 from graben.modeling.results import Cutoff, HorizonResult
-from graben.reports.along_strike import fitted_name, title
+from graben.reports.along_strike import title
+from graben.reports.map_labels import (
+    MARGIN,
+    NAME,
+    SMALL_THROW,
+    THROW,
+    Lettering,
+    Way,
+    distances,
+    lettering,
+    paper_size,
+)
 from graben.reports.map_parts import HALO, Window, bounds, mark_open, north_arrow, scale_bar
 from graben.reports.style import (
     FAULT,
@@ -34,11 +45,10 @@ from graben.reports.thinning import among, drawn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.text import Text
 
 #: Lengths on the map as shares of its larger side.
-_TICK_SPACING, _TICK_LENGTH, _LABEL_SPACING, _MARGIN = 0.028, 0.013, 0.16, 0.03
-#: A throw below this share of the largest is not labelled and bears no ticks.
-_SMALL_THROW = 0.08
+_TICK_SPACING, _TICK_LENGTH, _NEAR = 0.028, 0.013, 0.012
 _CONTOURS = 24
 _WRITTEN: dict[str, Any] = {
     "path_effects": [HALO],
@@ -70,18 +80,16 @@ def map_figure(result: HorizonResult, frame: Frame, window: Window | None = None
     window = window or bounds(points[:, :2])
     west, east, south, north = window
     extent = max(east - west, north - south)
-    width = 7.2
-    height = float(np.clip((width - 1.3) * (north - south) / (east - west), 2.2, 9.0)) + 1.2
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Figure(figsize=paper_size(window), layout="constrained")
     axes = figure.add_subplot(aspect="equal")
-    _elevation(figure, axes, result, frame, window)
+    elevations = _elevation(figure, axes, result, frame, window)
     for cutoff in result.cutoffs:
         _draw_cutoff(axes, cutoff, extent, result.largest_throw)
-    names = {c.fault: c for c in sorted(result.cutoffs, key=lambda c: c.s[-1])}  # at its longest piece
-    for cutoff in names.values():
-        _name(axes, cutoff, window, extent)
+    placed = lettering(result, window)
+    _write(axes, placed)
+    _clear(elevations, placed, extent)
     _graph(axes, result)
-    margin = _MARGIN * extent
+    margin = MARGIN * extent
     axes.set(xlim=(west - margin, east + margin), ylim=(south - margin, north + margin))
     axes.grid(False)
     frame.plan_axes(axes, extent)
@@ -117,17 +125,19 @@ def detail_window(result: HorizonResult, margin: float) -> Window | None:
     return detail if share < 0.5 else None
 
 
-def _elevation(figure: Figure, axes: Axes, result: HorizonResult, frame: Frame, window: Window) -> None:
-    """Draw filled and line contours, the colour bar, the rim and the edge of the rebuilt zone."""
+def _elevation(
+    figure: Figure, axes: Axes, result: HorizonResult, frame: Frame, window: Window
+) -> Sequence[Text]:
+    """Draw contours, the colour bar, the rim and the edge of the zone; return the elevations written."""
     points, triangles = result.surface.vertices, result.surface.triangles
     corners = points[triangles, :2]
-    margin = 2 * _MARGIN * max(window[1] - window[0], window[3] - window[2])
+    margin = 2 * MARGIN * max(window[1] - window[0], window[3] - window[2])
     low, high = np.array(window).reshape(2, 2).T + np.array([[-margin], [margin]])
     shown = ((corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)).all(axis=1)
     near = triangles if shown.all() else triangles[shown]
     levels = _levels(points[among(near, len(points)), 2])
     filled = _contours(axes, drawn(result, near)[0], points, levels, _BELOW)
-    _contour_labels(axes, filled[1], levels, frame)
+    written = _contour_labels(axes, filled[1], levels, frame)
     upper = _covering(result, near)
     if len(upper):
         _contours(axes, upper, points, levels, _ABOVE)
@@ -144,6 +154,7 @@ def _elevation(figure: Figure, axes: Axes, result: HorizonResult, frame: Frame, 
     )
     bar.set_label(frame.label(frame.z_name))
     bar.outline.set_linewidth(0.5)
+    return written
 
 
 def _covering(result: HorizonResult, triangles: IntArray) -> IntArray:
@@ -178,10 +189,10 @@ def _indexed(levels: FloatArray) -> BoolArray:
     return np.asarray(np.isclose(np.round(levels / step) % every, 0))
 
 
-def _contour_labels(axes: Axes, lines: Any, levels: FloatArray, frame: Frame) -> None:
+def _contour_labels(axes: Axes, lines: Any, levels: FloatArray, frame: Frame) -> Sequence[Text]:
     indexed = levels[_indexed(levels)]
     named = indexed if len(indexed) > 1 else levels[::2]
-    axes.clabel(lines, named, fontsize=6.5, fmt=plain_numbers(frame.z_factor), inline_spacing=2)
+    return axes.clabel(lines, named, fontsize=6.5, fmt=plain_numbers(frame.z_factor), inline_spacing=2)
 
 
 def _levels(z: FloatArray) -> FloatArray:
@@ -195,7 +206,7 @@ def _levels(z: FloatArray) -> FloatArray:
 
 
 def _draw_cutoff(axes: Axes, cutoff: Cutoff, extent: float, largest: float) -> None:
-    """Draw the gap, both lips, ticks on the downthrown side, throws and the fault's name."""
+    """Draw the gap, both lips and ticks on the downthrown side."""
     gaps = [np.asarray(p.exterior.coords) for p in cutoff_polygons(cutoff)] if cutoff.heave.sum() > 0 else []
     axes.add_collection(
         PolyCollection(
@@ -210,7 +221,6 @@ def _draw_cutoff(axes: Axes, cutoff: Cutoff, extent: float, largest: float) -> N
     axes.plot(*cutoff.hanging[:, :2].T, color=HANGING, lw=1.8, zorder=_LINES + 0.5, solid_capstyle="round")
     if largest > 0:
         _ticks(axes, cutoff, extent, largest)
-    _throw_labels(axes, cutoff, extent, largest)
 
 
 def _runs(mask: BoolArray) -> list[tuple[slice, bool]]:
@@ -220,83 +230,38 @@ def _runs(mask: BoolArray) -> list[tuple[slice, bool]]:
     return [(slice(a, b + 1), bool(mask[a])) for a, b in zip(starts, stops, strict=True)]
 
 
-@dataclass(frozen=True, eq=False)
-class _Way:
-    """A cutoff followed in plan: places (k, 2), unit vectors to the right (k, 2), throw and heave (k,)."""
-
-    places: FloatArray
-    right: FloatArray
-    throw: FloatArray
-    heave: FloatArray
-
-    @staticmethod
-    def along(cutoff: Cutoff, line: FloatArray, at: FloatArray, reach: float) -> _Way:
-        """Follow ``line`` (n, 2) to the distances ``at``; directions are of chords of twice ``reach``."""
-        way = _distances(line)
-
-        def place(distance: FloatArray) -> FloatArray:
-            return np.stack([np.interp(distance, way, line[:, k]) for k in (0, 1)], axis=1)
-
-        chord = place(at + reach) - place(at - reach)
-        size = np.hypot(*chord.T)[:, None]
-        right = chord[:, ::-1] * [1.0, -1.0] / np.where(size > 0, size, 1.0)
-        return _Way(place(at), right, np.interp(at, way, cutoff.throw), np.interp(at, way, cutoff.heave))
-
-
-def _distances(line: FloatArray) -> FloatArray:
-    return np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T)))
-
-
 def _ticks(axes: Axes, cutoff: Cutoff, extent: float, largest: float) -> None:
     """Draw ticks on the downthrown side of normal parts, teeth on the upthrown side of reverse parts.
 
     Both stand on the hanging cutoff: normal, its side is downthrown; reverse, upthrown.
     """
     line, spacing, length = cutoff.hanging[:, :2], _TICK_SPACING * extent, _TICK_LENGTH * extent
-    total = _distances(line)[-1]
+    total = distances(line)[-1]
     count = max(int(total / spacing), 1)
-    way = _Way.along(cutoff, line, (np.arange(count) + 0.5) / count * total, spacing)
+    way = Way.along(cutoff, line, (np.arange(count) + 0.5) / count * total, spacing)
     tips = way.places + length * way.right
-    ticks = np.stack([way.places, tips], axis=1)[way.throw > _SMALL_THROW * largest]
+    ticks = np.stack([way.places, tips], axis=1)[way.throw > SMALL_THROW * largest]
     axes.add_collection(LineCollection(list(ticks), colors=HANGING, linewidths=1.1, zorder=_LINES))
     half = 0.55 * length * way.right[:, ::-1] * [-1.0, 1.0]
-    teeth = np.stack([way.places - half, tips, way.places + half], axis=1)[
-        way.throw < -_SMALL_THROW * largest
-    ]
+    teeth = np.stack([way.places - half, tips, way.places + half], axis=1)[way.throw < -SMALL_THROW * largest]
     axes.add_collection(PolyCollection(list(teeth), facecolors=HANGING, edgecolors="none", zorder=_LINES))
 
 
-def _throw_labels(axes: Axes, cutoff: Cutoff, extent: float, largest: float) -> None:
-    """Write throws beside the foot wall, one of them where it is largest."""
-    middle = (cutoff.hanging[:, :2] + cutoff.foot[:, :2]) / 2
-    distance, spacing = _distances(middle), _LABEL_SPACING * extent
-    top = distance[np.argmax(np.abs(cutoff.throw))]
-    at = np.arange(top % spacing, distance[-1] + spacing, spacing)
-    way = _Way.along(cutoff, middle, at[at <= distance[-1] * (1 + 1e-9)], spacing / 4)
-    decimals = max(1 - int(np.floor(np.log10(largest))), 0) if largest > 0 else 0
-    places = way.places - (np.abs(way.heave) / 2 + 0.03 * extent)[:, None] * way.right
-    for place, value in zip(places, way.throw, strict=True):
-        if abs(value) > _SMALL_THROW * largest:
-            axes.text(place[0], place[1], f"{value:.{decimals}f}", fontsize=7, color=FOOT, **_WRITTEN)
+def _write(axes: Axes, placed: Lettering) -> None:
+    """Write names and throws; what they cover of the elevations on contours is not shown."""
+    for w in placed.written:
+        size, colour, weight = (NAME, FAULT, "bold") if w.name else (THROW, FOOT, "normal")
+        axes.text(*w.place, w.text, fontsize=size, weight=weight, color=colour, **_WRITTEN)
 
 
-def _name(axes: Axes, cutoff: Cutoff, window: Window, extent: float) -> None:
-    """Write the fault's name beyond an end of its cutoff that lies well inside, else beside its middle."""
-    middle = (cutoff.hanging[:, :2] + cutoff.foot[:, :2]) / 2
-    ahead = middle[-1] - middle[0]
-    ahead /= np.hypot(*ahead) or 1.0
-    beside = middle[len(middle) // 2] + 0.07 * extent * np.array([ahead[1], -ahead[0]])
-    places = [middle[-1] + 0.035 * extent * ahead, middle[0] - 0.035 * extent * ahead, beside]
-    half = 0.006 * extent * max(len(fitted_name(cutoff.fault)), 3)  # of the name's width, about
-
-    def inside(place: FloatArray) -> bool:
-        return bool(
-            window[0] + half <= place[0] <= window[1] - half
-            and window[2] <= place[1] <= window[3] - 0.02 * extent
-        )
-
-    x, y = next((place for place in places if inside(place)), beside)
-    axes.text(x, y, fitted_name(cutoff.fault), fontsize=8.5, weight="bold", color=FAULT, **_WRITTEN)
+def _clear(elevations: Sequence[Text], placed: Lettering, extent: float) -> None:
+    """Hide the elevations on contours that stand where a name or throw does."""
+    if not len(placed.boxes):
+        return
+    west, south, east, north = (placed.boxes + np.array([-1, -1, 1, 1]) * _NEAR * extent).T
+    for text in elevations:
+        x, y = text.get_position()
+        text.set_visible(not ((west < x) & (x < east) & (south < y) & (y < north)).any())
 
 
 def _graph(axes: Axes, result: HorizonResult) -> None:

@@ -21,7 +21,7 @@ from graben.reports.repair_blocks import BlocksMade, blocks_rows
 from graben.reports.repair_figures import fault_picture
 from graben.reports.repair_moves import FaultChange, fault_changes
 from graben.reports.repair_scene import repair_scene
-from graben.reports.repair_words import repair_verdict
+from graben.reports.repair_words import left_sentence, repair_verdict
 from graben.reports.scenery import Scenery
 from graben.reports.style import Frame, rounded
 from graben.words import plural
@@ -130,11 +130,12 @@ class _Page:
 
     def _left_sentence(self) -> str:
         failing = sum(f.status is Status.FAIL for f in self.result.after.findings)
+        listed = left_sentence(self.result)
         if failing:
             verb = "keeps" if failing == 1 else "keep"
             said = f"{plural(failing, 'finding')} {verb} the model from passing"
-            return f"{said}. Repair does not guess: here a person decides."
-        return "The model passes; these warnings are for a person to look at."
+            return f"{said}. Repair does not guess: here a person decides. {listed}"
+        return f"The model passes. {listed}"
 
     def _more(self, count: int, shown: int) -> str:
         if count <= shown:

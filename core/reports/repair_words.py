@@ -9,12 +9,13 @@ from graben.finding import Status
 from graben.reports.check_parts import sized
 from graben.reports.check_words import Teller, seen
 from graben.reports.check_words import verdict as check_verdict
-from graben.reports.plain import PAGE, counts, fitted, folded, more, named
+from graben.reports.plain import PAGE, counts, fitted, folded, more, named, unsaid
 from graben.reports.style import Frame, rounded
 from graben.words import plural
 
 if TYPE_CHECKING:
     from graben.cleaning.ledger import Left, RepairAction
+    from graben.pipeline import RunResult
     from graben.repairs import RepairResult
 
 #: Moves below this share of the distance at which things are told apart are rounding.
@@ -52,18 +53,40 @@ TABLE_4 = {
 def repair_verdict(result: RepairResult) -> str:
     """Return the verdict in one or two sentences, which begin with "PASSED" or "NOT PASSED"."""
     done = _done(result)
-    left = [f for f in result.after.findings if f.status is Status.FAIL]
+    warned = warnings_words(result)
+    look = f" {warned}." if warned else ""
     if result.passed:
         begin = "PASSED" if result.before.passed and not result.actions else "PASSED after repair"
-        notes = len(result.left)
-        verb = "remains" if notes == 1 else "remain"
-        look = f" {plural(notes, 'warning')} {verb} that it could not repair." if notes else ""
         return f"{begin}: {done}.{look}"
-    checks = ", ".join(dict.fromkeys(f.check for f in left))
+    failing = [f for f in result.after.findings if f.status is Status.FAIL]
+    checks = ", ".join(dict.fromkeys(f.check for f in failing))
     count = sum(f.status is Status.FAIL for f in result.before.findings)
-    verb = "fails" if len(left) == 1 else "fail"
-    still = f"{plural(len(left), 'finding')} still {verb} ({checks}), {count} before; {done}"
-    return f"NOT PASSED: {still}."
+    verb = "fails" if len(failing) == 1 else "fail"
+    still = f"{plural(len(failing), 'finding')} still {verb} ({checks}), {count} before; {done}"
+    return f"NOT PASSED: {still}.{look}"
+
+
+def left_sentence(result: RepairResult | RunResult) -> str:
+    """Return what stands over the list of what repair left: which of all that warns is in it."""
+    warned = warnings_words(result)
+    listed = "Listed is what repair looked at, with the reason why it was left; graben check lists all."
+    return f"{warned}. {listed}" if warned else listed
+
+
+def warnings_words(result: RepairResult | RunResult) -> str:
+    """Return how many findings warn after repair, and how many of these repair looked at and left."""
+    warning = [(f.check, f.objects) for f in result.after.findings if f.status is Status.WARN]
+    if not warning:
+        return ""
+    seen_to = {(left.check, left.objects) for left in result.left}
+    count = sum(key in seen_to for key in warning)
+    one = len(warning) == 1
+    said = f"{plural(len(warning), 'warning')} {'remains' if one else 'remain'}"
+    if not count:
+        return said
+    if count == len(warning):
+        return f"{said}, which repair looked at and left"
+    return f"{said}, {count} of which repair looked at and left"
 
 
 def _done(result: RepairResult) -> str:
@@ -208,7 +231,9 @@ def _left(notes: Sequence[Left], teller: Teller) -> list[str]:
     lines = []
     for k, left in enumerate(notes):
         why, advice = left_words(left, teller)
-        lines.append(f"{left.check}, {named(left.objects) or 'the model'}: {why}")
+        # a pair is told as one: half of it would read as another finding
+        names = named(left.objects) if unsaid(left.objects, why) else ""
+        lines.append(f"{left.check}, {names}: {why}" if names else f"{left.check}: {why}")
         if advice and advice not in (note.advice for note in notes[k + 1 :]):
             lines.append(f"To do: {advice}")
     return lines

@@ -16,12 +16,14 @@ from graben.reports.convergence import run_convergence_figure
 from graben.reports.figures import throw_figure
 from graben.reports.images import Printed, Prints
 from graben.reports.juxtaposition import juxtaposition_figure
+from graben.reports.map_labels import lettering
+from graben.reports.map_parts import bounds
 from graben.reports.page import Picture, Room
 from graben.reports.plan_map import detail_window, map_figure
 from graben.reports.section import section_figure, section_place
 from graben.reports.stereonet import stereonet_figure
 from graben.reports.style import Frame
-from graben.reports.thinning import MOST_DRAWN
+from graben.reports.thinning import MOST_DRAWN, drawn
 from graben.reports.throw_profiles import throw_profile_figure
 
 if TYPE_CHECKING:
@@ -150,14 +152,29 @@ class RunFigures:
         what = f"Structure map of {name} in plan"
         cut = f", cut by {told(', '.join(faults))}" if faults else ""
         caption = f"{name}: contours of {self.frame.z_name}."
-        caption += " Numbers along the faults: throw." if faults else " No fault cuts it."
+        unit = f", {self.frame.unit}" if self.frame.unit else ""
+        caption += f" Numbers along the faults: throw{unit}." if faults else " No fault cuts it."
+        caption += lettering(result, bounds(result.surface.vertices[:, :2])).words()
+        caption += self._thinned(result)
         draw = partial(map_figure, result, self.frame)
         sketches = [Sketch(draw, f"{what}{cut}.", caption, drawing, _MAP)]
         window = detail_window(result, _MARGIN * self._gamma(result))
         if window is not None:
             alt, caption = f"{what}, detail at the faults.", "The same, at the faults."
+            caption += lettering(result, window).words()
             sketches.append(Sketch(partial(draw, window), alt, caption, drawing, _MAP))
         return sketches
+
+    def _thinned(self, result: HorizonResult) -> str:
+        """Return what a caption says of a map of a horizon with fewer triangles; empty where it has all."""
+        spacing = drawn(result, result.surface.triangles)[1]
+        if not spacing:
+            return ""
+        apart = self.frame.length(spacing)
+        return (
+            f" Thinned for this picture to nodes about {apart} apart, but along faults and the rim; the "
+            "files hold every node."
+        )
 
     def _stereonet(self) -> Sketch:
         draw = partial(stereonet_figure, [f.surface for f in self.result.repaired.faults])

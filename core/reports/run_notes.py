@@ -12,11 +12,13 @@ from graben.arrays import FloatArray, floats
 from graben.finding import Finding, Status
 from graben.modeling.quality import ThrowDoubt
 from graben.modeling.results import HorizonResult, Subdomain, TerminationType
-from graben.reports.check_parts import MOST_ROWS, told
+from graben.reports.check_parts import MOST_ROWS, sized, told
 from graben.reports.marks import COLOURS
+from graben.reports.plain import unsaid
 from graben.reports.scene import Space
 from graben.reports.shapes import drawable
-from graben.reports.style import Frame, rounded
+from graben.reports.style import Frame
+from graben.reports.summary import WALLS, ended_words
 from graben.reports.view3d import Spot
 from graben.words import plural
 
@@ -43,6 +45,14 @@ class Note:
     remedy: str = ""
     place: FloatArray | None = None
     detail: str = ""
+
+    @property
+    def parts(self) -> tuple[str, str]:
+        """What it is about, to be set off, and the words after that; no name stands in both."""
+        if self.words.startswith(f"{self.about} "):
+            return self.about, self.words[len(self.about) :]
+        head = "" if self.about and not unsaid([self.about], self.words) else self.about
+        return (f"{head}.", f" {self.words}") if head else ("", self.words)
 
 
 def notes(result: RunResult) -> list[Note]:
@@ -78,15 +88,10 @@ def _ended(horizon: HorizonResult, frame: Frame) -> Iterator[Note]:
         t = s.termination
         if t.type is TerminationType.CONVERGED:
             continue
-        words = f"Subdomain {s.id} ended with type {int(t.type)}, {t.name}"
-        words += f": {_where(s)}" if t.fault else ""
+        words = f"Subdomain {s.id}: {ended_words(s)}"
+        words += f", in the {WALLS[t.side]}" if t.fault and t.side else ""
         words += f", short by {frame.length(t.short_by)}" if t.short_by is not None else ""
         yield Note(Status.FAIL, "", horizon.name, f"{words}.", t.advice, termination_place(s))
-
-
-def _where(subdomain: Subdomain) -> str:
-    t = subdomain.termination
-    return f"{t.fault}, {t.side} side" if t.side else str(t.fault)
 
 
 def termination_place(subdomain: Subdomain) -> FloatArray | None:
@@ -100,10 +105,11 @@ def _finding(finding: Finding) -> Note:
     if finding.worst is not None:
         w = finding.worst
         place = floats([w.x, w.y, w.z])
-        detail = f"worst {rounded(w.value)} {w.unit}".rstrip()
+        detail = f"worst {sized(w.value, w.unit)}"
     elif len(finding.places):
         place = finding.places[0]
-    about = f"{finding.check}: {', '.join(finding.objects)}" if finding.objects else finding.check
+    names = finding.objects if unsaid(finding.objects, finding.message) else ()
+    about = f"{finding.check}: {', '.join(names)}" if names else finding.check
     return Note(finding.status, finding.check, about, finding.message, finding.remedy, place, detail)
 
 
@@ -144,13 +150,14 @@ def note_rows(found: Sequence[Note], space: Space | None, frame: Frame, step: fl
     for number, note in enumerate(found[:MOST_ROWS], start=1):
         at = note.place if note.place is not None and drawable(note.place) else None
         said = "" if at is None else frame.place(at, step)
+        about, words = note.parts
         rows.append(
             {
                 "number": number,
                 "anchor": f"note-{number}",
                 "status": str(note.status),
-                "about": told(note.about),
-                "words": told(note.words),
+                "about": told(about),
+                "words": told(words),
                 "remedy": told(note.remedy),
                 "where": "; ".join(part for part in (note.detail, said) if part),
                 **spot(at, space, step),
@@ -180,7 +187,7 @@ _STEPS = 12.0
 def spots(result: RunResult, found: Sequence[Note]) -> list[Spot]:
     """Return the places that the 3D view marks: of notes and of repairs, by the numbers of the tables."""
     marked = [
-        Spot(TO_LOOK_AT, number, f"{note.about}: {note.words}", note.place, COLOURS[note.status])
+        Spot(TO_LOOK_AT, number, "".join(note.parts), note.place, COLOURS[note.status])
         for number, note in enumerate(found[:MOST_ROWS], start=1)
         if note.place is not None and drawable(note.place)
     ]

@@ -18,7 +18,9 @@ from graben.reports.plain import named
 from graben.reports.repair_moves import FaultChange
 from graben.reports.run_notes import spot, termination_place
 from graben.reports.scene import Space
-from graben.reports.style import Frame, rounded
+from graben.reports.style import Frame, nice, rounded
+from graben.reports.summary import WALLS
+from graben.settings import Parameters, meaning
 from graben.words import plural
 
 if TYPE_CHECKING:
@@ -28,14 +30,23 @@ if TYPE_CHECKING:
 _NOISE = 1e-8
 #: Lengths from which on they are told in kilometres, metres.
 _FAR = 10_000.0
+#: A move below this share of the tolerance says no more than that it is small.
+_TELLING = 0.01
 
 
 def facts(result: RunResult) -> str:
     """Return what kind of model it is, in one line."""
     model = result.model
-    said = [plural(len(model.horizons), "horizon"), plural(len(model.faults), "fault")]
+    said = [sizes(result)]
     said += [f"profile {result.after.profile}", f"unit {model.unit}", f"z is {model.z}"]
     return ", ".join([*said, *([model.crs] if model.crs else [])])
+
+
+def sizes(result: RunResult) -> str:
+    """Return how many horizons and faults a run has, with the faults after repair where these are others."""
+    given, repaired = len(result.model.faults), len(result.repaired.faults)
+    said = f"{plural(len(result.model.horizons), 'horizon')}, {plural(given, 'fault')}"
+    return said if given == repaired else f"{said} ({repaired} after repair)"
 
 
 def key_figures(
@@ -52,7 +63,8 @@ def key_figures(
     if subdomains:
         good = sum(s.termination.type is TerminationType.CONVERGED for s in subdomains)
         most_steps = max(s.iterations for s in subdomains)
-        note = f"subdomains, in at most {plural(most_steps, 'iteration')}"
+        noun = "subdomain" if len(subdomains) == 1 else "subdomains"
+        note = f"{noun}, in at most {plural(most_steps, 'iteration')}"
         rows.append(("Converged", f"{good} of {len(subdomains)}", note))
     rows.append(("Checks", *_check_words(result.after, result.before)))
     rows.append(("Repairs", str(len(result.repairs)), _repair_words(result, changed, frame)))
@@ -66,7 +78,8 @@ def key_figures(
 def _modeled(result: RunResult) -> tuple[str, str, str]:
     """Return how many horizons are as they should be, and what the others are."""
     good = sum(h.converged for h in result.horizons)
-    notes = [f"{sum(bool(h.cutoffs) for h in result.horizons)} cut by faults"]
+    cut = sum(bool(h.cutoffs) for h in result.horizons)
+    notes = [f"{cut} cut by faults"]
     if good < len(result.horizons):
         notes.append(f"{len(result.horizons) - good} did not converge")
     if result.not_modeled:
@@ -149,7 +162,7 @@ def _subdomain(
     horizon: HorizonResult, s: Subdomain, result: RunResult, space: Space | None, frame: Frame
 ) -> dict[str, Any]:
     t, step = s.termination, horizon.horizon.step
-    where = [] if t.fault is None else [f"{t.fault}, {t.side}" if t.side else t.fault]
+    where = [] if t.fault is None else [f"{t.fault}, {WALLS[t.side]}" if t.side else t.fault]
     place = termination_place(s)
     if place is not None:
         where.append(frame.place(place, step))
@@ -163,21 +176,26 @@ def _subdomain(
         "iterations": s.iterations,
         "type": int(t.type),
         "name": t.name if s.iterations or t.type else "not cut",
-        "advice": told(t.advice),
         "where": told("; ".join(where)),
         "curve": curve(s.history, result.model.tolerance, frame),
-        "displacement": rounded(s.mean_displacement) if s.iterations else "",
-        "deviation": rounded(s.mean_deviation) if s.iterations else "",
+        "displacement": _above(s.mean_displacement, result.model.tolerance) if s.iterations else "",
+        "deviation": _above(s.mean_deviation, result.model.tolerance) if s.iterations else "",
         **spot(place, space, step),
     }
 
 
-def throw_row(throw: FaultThrow, frame: Frame) -> dict[str, str]:
-    """Return one fault on one horizon as a row."""
+def _above(value: float, tolerance: float) -> str:
+    """Return a length of an iteration; one far below the tolerance is told as that."""
+    least = nice(_TELLING * tolerance)
+    return f"< {rounded(least)}" if value < least else rounded(value)
+
+
+def throw_row(throw: FaultThrow, frame: Frame, *, final: bool = True) -> dict[str, str]:
+    """Return one fault on one horizon as a row, marked where its throw is not final."""
     pieces = f" in {plural(throw.pieces, 'piece')}" if throw.pieces > 1 else ""
     ends = " to ".join(throw.ends) if len(throw.ends) == 2 else ", ".join(dict.fromkeys(throw.ends))
     return {
-        "horizon": told(throw.horizon),
+        "horizon": told(throw.horizon if final else f"{throw.horizon} (not final)"),
         "sense": str(throw.sense),
         "throw": frame.length(throw.throw),
         "mean": frame.length(throw.mean),
@@ -273,13 +291,14 @@ _MODEL = "model/model.toml"
 def parameters(result: RunResult, frame: Frame) -> list[tuple[str, str]]:
     """Return the settings of the run, key by key."""
     model, p = result.model, result.model.parameters
-    given = "default: 10 times the largest gamma of a subdomain"
     rows = [
         ("graben", version("graben")),
         ("model file", model.file.name if model.file else ""),
-        ("theta", f"{p.theta:g}, share of bending energy"),
-        ("length", given if p.length is None else frame.length(p.length)),
-        ("gamma", "default: 4 steps of the horizon" if p.gamma is None else frame.length(p.gamma)),
+        ("theta", f"{p.theta:g}, {meaning(Parameters, 'theta')[0]}"),
+        *(
+            (key, f"default: {meaning(Parameters, key)[1]}" if value is None else frame.length(value))
+            for key, value in (("length", p.length), ("gamma", p.gamma))
+        ),
         *_steps(result, frame),
         ("tolerance", frame.length(model.tolerance)),
         ("max_iterations", str(p.max_iterations)),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from graben.finding import Status
 from graben.reports.check_words import seen
 from graben.reports.plain import LINE, about, counts, fitted, folded, more
+from graben.reports.run_rows import sizes
 from graben.reports.style import Frame, rounded
 from graben.reports.summary import horizon_line, open_parts, verdict
 from graben.words import plural
@@ -41,9 +42,8 @@ def run_summary(result: RunResult, *, verbose: bool = False, seconds: float | No
 
 def _model(result: RunResult, seconds: float | None) -> str:
     model = result.model
-    sizes = f"{plural(len(model.horizons), 'horizon')}, {plural(len(model.faults), 'fault')}"
     spent = "" if seconds is None else f"; {rounded(seconds)} s, {result.peak_memory_mb:.0f} MB"
-    return f"Model {model.name}: {sizes}, profile {result.after.profile}{spent}."
+    return f"Model {model.name}: {sizes(result)}, profile {result.after.profile}{spent}."
 
 
 def _short(result: RunResult, head: list[str], most: int) -> list[str]:
@@ -79,7 +79,7 @@ def _horizons(result: RunResult) -> list[str]:
 def _counted(result: RunResult) -> Iterator[str]:
     """Yield how much was repaired, and how many findings and notes there are of each kind."""
     if result.repairs or result.left:
-        left = f"; {plural(len(result.left), 'finding')} left" if result.left else ""
+        left = f"; {plural(len(result.left), 'finding')} looked at and left" if result.left else ""
         done = counts(a.action for a in result.repairs)
         yield f"Repaired: {done or 'nothing'}{left}."
     findings = result.after.findings

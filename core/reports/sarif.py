@@ -11,7 +11,7 @@ from graben.finding import Finding, Profile, Status
 from graben.reports.check_json import parsed
 from graben.reports.check_words import Teller
 from graben.reports.json_report import as_text
-from graben.reports.sarif_places import BASE, locations
+from graben.reports.sarif_places import BASE, Root, locations
 from graben.validators.context import Check, Severity
 from graben.validators.registry import CHECKS
 
@@ -41,17 +41,18 @@ def check_sarif(examination: Examination) -> str:
     Returns
     -------
     str
-        The text of the file. Paths are relative to the folder of model.toml where they lie in it; z counts as
-        in the model file.
+        The text of the file. Paths are relative to the root of the repository around model.toml, see
+        :class:`graben.reports.sarif_places.Root`; z counts as in the model file.
     """
     model, result = examination.model, examination.result
-    teller = Teller.of(model)
+    teller, root = Teller.of(model), Root.of(model)
     said = sorted(
         (f for f in result.findings if f.status in _LEVELS), key=lambda f: f.status is not Status.FAIL
     )
     skipped = [_notification(f) for f in result.findings if f.status is Status.SKIPPED]
-    results = [_result(f, k, model, teller) for f, k in _numbered(said[:MOST_RESULTS])]
-    return _log(f"graben/{result.profile}/{model.name}/", result.profile, True, skipped, results)
+    results = [_result(f, k, model, teller, root) for f, k in _numbered(said[:MOST_RESULTS])]
+    name = f"graben/{result.profile}/{model.name}/"
+    return _log(name, result.profile, True, skipped, results, root.words)
 
 
 def error_sarif(sentence: str, profile: str) -> str:
@@ -66,6 +67,7 @@ def _log(
     successful: bool,
     notifications: list[dict[str, Any]],
     results: list[dict[str, Any]],
+    base: str = "",
 ) -> str:
     number = version("graben")
     run = {
@@ -78,7 +80,8 @@ def _log(
             }
         },
         "automationDetails": {"id": name},
-        "originalUriBaseIds": {BASE: {"description": {"text": "The folder of model.toml."}}},
+        # without its place: the same log wherever the repository lies
+        **({"originalUriBaseIds": {BASE: {"description": {"text": base}}}} if base else {}),
         "invocations": [{"executionSuccessful": successful, "toolExecutionNotifications": notifications}],
         "results": results,
         "columnKind": "unicodeCodePoints",
@@ -121,10 +124,10 @@ def _numbered(findings: list[Finding]) -> list[tuple[Finding, int]]:
     return numbered
 
 
-def _result(finding: Finding, number: int, model: Model, teller: Teller) -> dict[str, Any]:
+def _result(finding: Finding, number: int, model: Model, teller: Teller, root: Root) -> dict[str, Any]:
     where = teller.worst(finding)
     sentences = (finding.message, f"Worst: {where}." if where else "", f"To do: {finding.remedy}")
-    first, others = locations(finding, model, teller)
+    first, others = locations(finding, model, teller, root)
     known = finding.as_dict(model.z_factor)
     return {
         "ruleId": finding.check,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -21,14 +22,61 @@ if TYPE_CHECKING:
 
 #: The base of relative paths, by the name that readers know for the root of what was looked at.
 BASE = "%SRCROOT%"
+#: What the root of a repository holds: a folder, or a file in a worktree or submodule.
+_REPOSITORY = ".git"
 #: So many places of a finding are listed beside the first.
 MOST_RELATED = 20
 #: A line of a file, and the place it stands for.
 _Spot = tuple[Surface, int, tuple[float, float, float] | None]
 
 
-def locations(finding: Finding, model: Model, teller: Teller) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Return the location of a finding and up to 20 more.
+@dataclass(frozen=True)
+class Root:
+    """The folder that paths are relative to, None where no file is known, and what it is in words."""
+
+    folder: Path | None
+    words: str
+
+    @classmethod
+    def of(cls, model: Model) -> Root:
+        """Return the root for a model: that which readers of SARIF take relative paths from.
+
+        Code hosts take them from the root of the repository whatever the file says of its base, and editors
+        from the folder that is open. So it is the root of the repository around model.toml; outside any, the
+        working directory where model.toml lies in it, else the folder of model.toml.
+        """
+        if model.file is None:
+            return cls(None, "No file is known.")
+        folder = _absolute(model.file).parent
+        for above in (folder, *folder.parents):
+            if os.path.lexists(above / _REPOSITORY):
+                return cls(above, "The root of the repository that holds model.toml.")
+        if folder.is_relative_to(Path.cwd()):
+            return cls(Path.cwd(), "The working directory of the check.")
+        return cls(folder, "The folder of model.toml.")
+
+    def uri(self, file: Path) -> dict[str, str]:
+        """Return a file as an artifactLocation: relative to the root where it lies in it, else absolute.
+
+        >>> Root(Path("/data/my model"), "").uri(Path("/data/my model/F 1.ts"))["uri"]
+        'F%201.ts'
+        """
+        path = _absolute(file)
+        if self.folder is not None and path.is_relative_to(self.folder):
+            inside = path.relative_to(self.folder).as_posix()
+            return {"uri": quote(os.fsencode(inside)), "uriBaseId": BASE}
+        return {"uri": path.as_uri()}
+
+
+def _absolute(file: Path) -> Path:
+    """Return the path without ".."; Path.absolute keeps these, Path.resolve follows links."""
+    return Path(os.path.abspath(file))  # noqa: PTH100
+
+
+def locations(
+    finding: Finding, model: Model, teller: Teller, root: Root
+) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Return the location of a finding and up to 20 more, with paths from a root.
 
     The first has the line of the worst triangle; for a finding of vertices, of a triangle that uses the worst
     one; for any other, of the triangle of its first surface with known lines that is nearest to its worst
@@ -42,40 +90,24 @@ def locations(finding: Finding, model: Model, teller: Teller) -> tuple[dict[str,
     if not spots:
         with_file = [s for s in objects if s.file is not None]
         file = with_file[0].file if with_file else model.file
-        physical = {} if file is None else {"physicalLocation": _physical(file, 1, model)}
+        physical = {} if file is None else {"physicalLocation": _physical(file, 1, root)}
         return {**physical, "logicalLocations": logical}, []
     first, *others = spots
     related = [
-        {"id": k, **_located(spot, model, teller)} for k, spot in enumerate(others[:MOST_RELATED], start=1)
+        {"id": k, **_located(spot, teller, root)} for k, spot in enumerate(others[:MOST_RELATED], start=1)
     ]
-    return {**_located(first, model, teller), "logicalLocations": logical}, related
+    return {**_located(first, teller, root), "logicalLocations": logical}, related
 
 
-def uri(file: Path, folder: Path | None) -> tuple[str, bool]:
-    """Return a file's URI and whether it is relative to the folder.
-
-    >>> uri(Path("/data/my model/F 1.ts"), Path("/data/my model"))
-    ('F%201.ts', True)
-    """
-    path = os.path.abspath(file)  # noqa: PTH100  Path.absolute keeps "..", Path.resolve follows links
-    if folder is not None:
-        inside = os.path.relpath(path, os.path.abspath(folder))  # noqa: PTH100
-        if inside != os.pardir and not inside.startswith(os.pardir + os.sep):
-            return quote(os.fsencode(inside)), True
-    return Path(path).as_uri(), False
+def _physical(file: Path, line: int, root: Root) -> dict[str, Any]:
+    return {"artifactLocation": root.uri(file), "region": {"startLine": line}}
 
 
-def _physical(file: Path, line: int, model: Model) -> dict[str, Any]:
-    text, relative = uri(file, None if model.file is None else model.file.parent)
-    place = {"uri": text, "uriBaseId": BASE} if relative else {"uri": text}
-    return {"artifactLocation": place, "region": {"startLine": line}}
-
-
-def _located(spot: _Spot, model: Model, teller: Teller) -> dict[str, Any]:
+def _located(spot: _Spot, teller: Teller, root: Root) -> dict[str, Any]:
     surface, line, place = spot
     assert surface.file is not None, "a line is known only of a file"
     said = {} if place is None else {"message": {"text": f"At {teller.place(place)}."}}
-    return {"physicalLocation": _physical(surface.file, line, model), **said}
+    return {"physicalLocation": _physical(surface.file, line, root), **said}
 
 
 def _logical(name: str, model: Model) -> dict[str, str]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from graben.finding import Status
-from graben.modeling.results import HorizonResult, Subdomain, TerminationType
+from graben.modeling.results import HorizonResult, Side, Subdomain, TerminationType
 from graben.reports.style import Frame
 from graben.words import plural
 
@@ -16,34 +16,50 @@ if TYPE_CHECKING:
 
 #: So many names are listed before "and more".
 _MOST_NAMES = 3
+#: The two sides of a fault in words.
+WALLS = {Side.HANGING: "hanging wall", Side.FOOT: "footwall"}
 
 
 def verdict(result: RunResult) -> str:
     """Return the verdict of a run as one sentence, which begins with "Modeled" or "NOT PASSED"."""
-    cut = sum(bool(h.cutoffs) for h in result.horizons)
     every = len(result.model.horizons)
+    uncut = [h.name for h in result.horizons if h.converged and not h.cutoffs]
+    passed_through = [_passed_through(uncut)] if uncut else []
     if result.passed:
-        plural = "" if every == 1 else "s"
-        if cut == 0:
-            return f"Modeled: no fault cuts {'the horizon' if every == 1 else f'any of {every} horizons'}."
-        return f"Modeled: {cut} of {every} horizon{plural} cut by faults, all converged."
+        cut = sum(bool(h.cutoffs) for h in result.horizons)
+        said = [f"{cut} of {plural(every, 'horizon')} cut by faults, all converged"] if cut else []
+        return f"Modeled: {'; '.join([*said, *passed_through]) or 'the model has no horizon'}."
     reasons = []
     failing = list(dict.fromkeys(f.check for f in result.after.findings if f.status is Status.FAIL))
     if failing:
-        reasons.append(f"{_counted(failing, 'check')} {'fails' if len(failing) == 1 else 'fail'}")
+        verb = "fails" if len(failing) == 1 else "fail"
+        reasons.append(f"{plural(len(failing), 'check')} ({_listed(failing)}) {verb}")
     open_ = [h.name for h in result.horizons if not h.converged]
     if open_:
-        reasons.append(f"{_counted(open_, 'horizon')} did not converge everywhere")
+        reasons.append(f"{_of(open_, every)} did not converge everywhere")
     if result.not_modeled:
-        missing = list(result.not_modeled)
-        reasons.append(f"{_counted(missing, 'horizon')} {'was' if len(missing) == 1 else 'were'} not modeled")
-    return f"NOT PASSED: {'; '.join(reasons) or 'the run did not finish'}."
+        verb = "was" if len(result.not_modeled) == 1 else "were"
+        reasons.append(f"{_of(list(result.not_modeled), every)} {verb} not modeled")
+    return f"NOT PASSED: {'; '.join([*reasons, *passed_through]) or 'the run did not finish'}."
+
+
+def _passed_through(names: Sequence[str]) -> str:
+    """Return that no fault cuts these horizons, and what that means for them.
+
+    >>> _passed_through(["Top A"])
+    'no fault cuts Top A, which was passed through as it is'
+    """
+    if len(names) == 1:
+        return f"no fault cuts {names[0]}, which was passed through as it is"
+    few = f"{', '.join(names[:-1])} and {names[-1]}"
+    said = few if len(names) <= _MOST_NAMES else _listed(names)
+    return f"no fault cuts {said}, which were passed through as they are"
 
 
 def horizon_line(result: HorizonResult, frame: Frame) -> str:
     """Return how a horizon ended, in one line; a throw of a horizon that did not converge is marked."""
-    if not result.cutoffs:
-        return "not cut"
+    if not result.cutoffs and result.converged:
+        return "no fault cuts it: passed through as it is"
     faults = plural(len({c.fault for c in result.cutoffs}), "fault")
     throw = f"{faults}, largest throw {frame.length(_throw(result))}"
     open_ = open_parts(result)
@@ -85,10 +101,18 @@ def _throw(result: HorizonResult) -> float:
     return float(max((t for c in result.cutoffs for t in c.throw), key=abs, default=0.0))
 
 
-def _counted(names: Sequence[str], noun: str) -> str:
+def _of(names: Sequence[str], every: int) -> str:
+    """Return how many horizons of all these are, and their names.
+
+    >>> _of(["Top A"], 4)
+    '1 of 4 horizons (Top A)'
+    """
+    return f"{len(names)} of {plural(every, 'horizon')} ({_listed(names)})"
+
+
+def _listed(names: Sequence[str]) -> str:
     more = len(names) - _MOST_NAMES
-    listed = ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
-    return f"{plural(len(names), noun)} ({listed})"
+    return ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 def with_total(result: RunResult, seconds: float) -> RunResult:

@@ -24,6 +24,7 @@ from graben.pipeline import build, examine
 from graben.reports.check_html import check_html
 from graben.reports.html import report_html
 from graben.reports.repair_html import repair_html
+from tests.reports import sample
 from tests.reports.chromium import DRAWN as HAS_DRAWN
 from tests.reports.chromium import programs, settled, started, waited
 from tests.reports.test_html import everything
@@ -31,6 +32,8 @@ from tests.reports.test_html import everything
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 #: A dot differs from another where one of its colours does by more than this.
 VISIBLE = 24
+#: Width of a sheet of A4 without its margins, 182 mm, dots.
+A4 = 688
 #: Least shares of dots of the view: that anything draws; that a switch changes.
 DRAWN, CHANGED = 0.02, 0.002
 #: A group of the CFM: three faults that meet, none of them large.
@@ -166,6 +169,22 @@ def test_one_map_at_a_time_and_all_of_them_on_paper(browser: Any, folder: Path) 
     assert browser.execute_script(closed) == 0
     browser.execute_script("dispatchEvent(new Event('afterprint'))")
     assert browser.execute_script(closed) == before
+
+
+def test_tables_fit_on_paper(browser: Any, folder: Path) -> None:
+    files = {key: f"horizons/Top_A.{key}" for key in ("surface", "vtp", "grid", "cutoffs", "polygons", "pol")}
+    path = folder / "on-paper.html"
+    path.write_text(report_html(sample.run_result(), {"Top A": files}), encoding="utf-8")
+    opened(browser, path)
+    size = {"width": A4, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    try:
+        right = "return [...document.querySelectorAll('table')].map((t) => t.getBoundingClientRect().right)"
+        assert max(browser.execute_script(right)) <= A4
+    finally:
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
 @pytest.mark.parametrize("name", PAGES)

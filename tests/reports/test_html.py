@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from graben.cleaning.ledger import RepairAction, measured
-from graben.finding import Status
+from graben.finding import CheckResult, Finding, Profile, Status
 from graben.model import Model
 from graben.reports import html
 from graben.reports.curve import curve
@@ -147,11 +147,34 @@ def test_run_without_any_surface_has_a_report():
 
 def test_verdict_in_words():
     passed, failed = sample.run_result(), sample.failed_run()
-    assert verdict(passed) == "Modeled: 1 of 2 horizons cut by faults, all converged."
+    as_it_is = "no fault cuts Top B, which was passed through as it is"
+    assert verdict(passed) == f"Modeled: 1 of 2 horizons cut by faults, all converged; {as_it_is}."
     uncut = replace(passed, horizons=passed.horizons[1:], model=sample.model(names=("Top B",)))
-    assert verdict(uncut) == "Modeled: no fault cuts the horizon."
-    for part in ("acyclic", "Top A", "did not converge", "Top B", "was not modeled"):
-        assert part in verdict(failed)
+    assert verdict(uncut) == f"Modeled: {as_it_is}."
+    cut = replace(passed, horizons=passed.horizons[:1], model=sample.model(names=("Top A",)))
+    three = replace(passed, horizons=tuple(sample.uncut_result(n) for n in ("A", "B", "C")))
+    assert verdict(three) == "Modeled: no fault cuts A, B and C, which were passed through as they are."
+    assert verdict(cut) == "Modeled: 1 of 1 horizon cut by faults, all converged."
+    assert verdict(failed) == (
+        "NOT PASSED: 1 check (acyclic) fails; 1 of 2 horizons (Top A) did not converge everywhere; "
+        "1 of 2 horizons (Top B) was not modeled."
+    )
+
+
+def test_verdict_tells_the_ends_of_horizons_apart():
+    """One ended with type 3, one with type 0, and four are cut by no fault."""
+    stopped, names = sample.failed_run().horizons[0], ("Top B", "Top C", "Top D", "Top E")
+    result = replace(
+        sample.run_result(),
+        model=sample.model(names=("Top A", "Top Z", *names)),
+        horizons=(stopped, sample.cut_result("Top Z"), *(sample.uncut_result(n) for n in names)),
+    )
+    assert verdict(result) == (
+        "NOT PASSED: 1 of 6 horizons (Top A) did not converge everywhere; "
+        "no fault cuts Top B, Top C, Top D and 1 more, which were passed through as they are."
+    )
+    line = "no fault cuts it: passed through as it is"
+    assert "".join(Page(report_html(result, {})).text).count(line) >= len(names)
 
 
 def test_report_survives_numbers_that_are_not_finite():
@@ -251,6 +274,27 @@ def test_what_to_look_at_begins_with_failures_and_one_of_each_kind():
     assert any("Top B is not a function" in w for w in words)
     shown = found[: first_of_kinds(found)]
     assert [n.words for n in found if n not in shown] == ["Second."]
+
+
+def test_no_name_is_said_twice_in_a_row():
+    run = sample.failed_run()
+    said = ("Top A lies below Top B in 8 places.", "The throw of F1 on Top A jumps.", "2 holes were filled.")
+    found = Finding("near-miss", Status.WARN, ("F1", "F2"), 1, None, "F1 ends short.", "Extend it.")
+    result = replace(
+        run,
+        horizons=(replace(run.horizons[0], warnings=said),),
+        after=CheckResult(Profile.EXTENDED, (found,)),
+    )
+    assert {n.parts for n in notes(result)} >= {
+        ("Top A", " lies below Top B in 8 places."),
+        ("", "The throw of F1 on Top A jumps."),
+        ("Top A.", " 2 holes were filled."),
+        ("near-miss: F1, F2.", " F1 ends short."),
+    }
+    page = report_html(result, {})
+    assert "<b>Top A</b> lies below Top B" in page
+    spoken = "".join(Page(page).text)
+    assert not re.search(r"\b(Top [AB]|F\d)\W{1,3}\1\b", spoken.split("To look at")[2].split("Map")[0])
 
 
 def test_curve_ends_below_the_tolerance_where_the_iteration_did():

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from graben.arrays import floats
-from graben.finding import Status
+from graben.finding import Finding, Status
 from graben.model import Model
 from graben.repairs import RepairResult
 from graben.reports import repair_html as page_module
@@ -26,7 +26,17 @@ from graben.reports.repair_words import TABLE_4, action_words, repair_summary, r
 from graben.schema import schemas
 from graben.validators.registry import known_ids
 from tests.reports import sample
-from tests.reports.repair_sample import AWAY, CUT, EXTENSION, MOVE, given, normal, repaired, untouched
+from tests.reports.repair_sample import (
+    AWAY,
+    CUT,
+    EXTENSION,
+    MOVE,
+    findings,
+    given,
+    normal,
+    repaired,
+    untouched,
+)
 from tests.reports.test_html import Page
 
 EVIL = (
@@ -247,13 +257,39 @@ def test_many_faults_keep_the_page_small(monkeypatch):
 
 def test_verdicts_in_words():
     assert repair_verdict(repaired(passed=True)) == (
-        "PASSED after repair: 4 changes on 4 of 5 faults. 1 warning remains that it could not repair."
+        "PASSED after repair: 4 changes on 4 of 5 faults. 1 warning remains, which repair looked at and left."
     )
     vain = repaired()
     vain = replace(vain, model=vain.input, actions=(), after=vain.before)
     assert repair_verdict(vain) == (
         "NOT PASSED: 2 findings still fail (z-monotone, trace), 2 before; nothing was changed."
     )
+
+
+def test_warnings_are_counted_as_the_report_lists_them():
+    """35 findings warn, of which repair looked at one: neither count stands for the other."""
+    one = repaired(passed=True)
+    others = [Finding("min-dip", Status.WARN, (f"F{k}",)) for k in range(34)]
+    many = replace(one, after=findings(*others, *one.after.of("near-miss")))
+    said = "35 warnings remain, 1 of which repair looked at and left"
+    assert repair_verdict(many).endswith(f". {said}.")
+    shown = words(repair_html(many))
+    assert f"The model passes. {said}. Listed is what repair looked at" in shown
+    assert "34 warnings" in shown and "1 warning" in shown  # check by check
+    unseen = replace(many, left=())
+    assert repair_verdict(unseen).endswith(". 35 warnings remain.")
+    # two entries about one finding are one finding
+    twice = replace(many, left=one.left * 2)
+    assert repair_verdict(twice) == repair_verdict(many)
+    assert repair_verdict(repaired()).endswith(" 1 warning remains, which repair looked at and left.")
+
+
+def test_what_is_left_names_a_fault_once():
+    result = repaired()
+    near, far = (replace(result.left[0], reason=f"{name} ends short of F1.") for name in ("F2", "F22"))
+    lines = repair_summary(replace(result, left=(near, far)), verbose=True).splitlines()
+    assert "  near-miss: F2 ends short of F1. It would take 12.5 m more." in lines
+    assert "  near-miss, F2: F22 ends short of F1. It would take 12.5 m more." in lines
 
 
 def test_summary_counts_by_fault_and_fits_a_mail():

@@ -52,7 +52,7 @@ def test_it_fits_a_mail() -> None:
 def test_every_horizon_has_a_line_with_its_throw_and_how_it_ended() -> None:
     passed, failed = run_summary(sample.run_result()), run_summary(sample.failed_run())
     assert "  Top A  1 fault, largest throw 138 m, converged in 4 iterations\n" in passed
-    assert "  Top B  not cut\n" in passed
+    assert "  Top B  no fault cuts it: passed through as it is\n" in passed
     assert "largest throw -90 m" in run_summary(sample.run_result(throw=-90.0))
     said = " ".join(failed.split())
     # a throw that is not final is marked, and the type stands last

@@ -16,7 +16,7 @@ from graben.formats.writing import write_model
 from graben.pipeline import Examination, examine
 from graben.reading import read_model
 from graben.reports.sarif import check_sarif
-from graben.reports.sarif_places import MOST_RELATED
+from graben.reports.sarif_places import MOST_RELATED, Root
 from graben.validators.registry import known_ids
 from tests.reports.check_models import MODELS, all_but_pass, made, with_sliver
 from tests.zoo.shapes import AT_MIDDLE, F60, MIDDLE, NAN, faults, moved_vertex
@@ -127,6 +127,49 @@ def test_sarif_paths_are_relative_only_inside_the_folder(tmp_path: Path) -> None
     assert result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] == "model.toml"
     (result,) = sarif(made((finding,), faults(F60)))["results"]
     assert "physicalLocation" not in result["locations"][0]
+
+
+def placed(model: Path, working: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[dict, dict]:
+    """The base that a log of a finding names, and where the finding lies, with a working directory."""
+    monkeypatch.chdir(working)
+    known = replace(faults(replace(F60, file=model.parent / "faults" / "F 1.ts")), file=model)
+    run = sarif(made((Finding("finite", Status.FAIL, ("F",)),), known))
+    (result,) = run["results"]
+    return run["originalUriBaseIds"]["%SRCROOT%"], result["locations"][0]["physicalLocation"][
+        "artifactLocation"
+    ]
+
+
+@pytest.mark.parametrize("mark", ["folder", "file"])
+def test_sarif_paths_are_relative_to_the_repository(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mark: str
+) -> None:
+    """Whatever the working directory: a code host knows the root of the repository alone."""
+    model = tmp_path / "fields" / "north" / "model.toml"
+    model.parent.mkdir(parents=True)
+    git = tmp_path / ".git"
+    git.mkdir() if mark == "folder" else git.write_text("gitdir: elsewhere\n")
+    logs = [placed(model, working, monkeypatch) for working in (tmp_path, model.parent, tmp_path.parent)]
+    expected = {"uri": "fields/north/faults/F%201.ts", "uriBaseId": "%SRCROOT%"}
+    assert [place for _, place in logs] == [expected] * 3
+    assert all("repository" in base["description"]["text"] and "uri" not in base for base, _ in logs)
+    # a model.toml that is named by a path relative to the working directory
+    monkeypatch.chdir(tmp_path / "fields")
+    assert Root.of(replace(faults(F60), file=Path("north/model.toml"))).folder == tmp_path
+
+
+def test_sarif_paths_outside_a_repository_are_relative_to_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = tmp_path / "north" / "model.toml"
+    model.parent.mkdir()
+    base, place = placed(model, tmp_path, monkeypatch)
+    assert place["uri"] == "north/faults/F%201.ts"
+    assert "working directory" in base["description"]["text"]
+    (tmp_path / "south").mkdir()
+    base, place = placed(model, tmp_path / "south", monkeypatch)
+    assert place["uri"] == "faults/F%201.ts"
+    assert "folder of model.toml" in base["description"]["text"]
 
 
 def test_fingerprints_know_a_finding_again_wherever_it_moves() -> None:
