@@ -16,8 +16,9 @@ from graben.cleaning.shaping.limits import joined
 from graben.cleaning.shaping.trimming import part_of
 from graben.proximity import nearest
 from graben.surface import Surface
-from graben.validators.measuring.measures import amount, areas_of, centroids, percent, plural
+from graben.validators.measuring.measures import amount, areas_of, centroids, percent
 from graben.validators.self_intersection import TOUCH
+from graben.words import plural
 
 #: A piece smaller than this share of the fault's area is a speck.
 SPECK = 0.01

@@ -17,7 +17,8 @@ from graben.cutgraph import CutGraph
 from graben.finding import Finding
 from graben.validators.acyclic import Cycle, cycles
 from graben.validators.context import Need
-from graben.validators.measuring.measures import amount, plural
+from graben.validators.measuring.measures import amount
+from graben.words import plural
 
 #: Cycles of a horizon that a note tells one by one.
 MOST_TOLD = 3

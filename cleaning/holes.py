@@ -18,9 +18,10 @@ from graben.finding import Finding, Status
 from graben.model import Model
 from graben.surface import Surface, chained, edge_table
 from graben.validators.manifold import HOLE
-from graben.validators.measuring.measures import amount, plural, smallest_angles
+from graben.validators.measuring.measures import amount, smallest_angles
 from graben.validators.measuring.openings import Opening, openings
 from graben.validators.self_intersection import TOUCH
+from graben.words import plural
 
 #: Smallest angle of a patch that is good enough, degrees; with a worse one the triangles along the rim of
 #: the hole are made anew as well.

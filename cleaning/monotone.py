@@ -18,10 +18,11 @@ from graben.cleaning.shaping.slope_program import Bounds
 from graben.finding import Finding, Status
 from graben.model import Model
 from graben.surface import Surface, boundary_edges, triangle_dips
-from graben.validators.measuring.measures import amount, plural
+from graben.validators.measuring.measures import amount
 from graben.validators.measuring.plan import VERTICAL
 from graben.validators.min_dip import ROUNDING
 from graben.validators.z_monotone import LEVEL, critical_points
+from graben.words import plural
 
 #: The way of all moves. Moves along the mean normal of a patch were tried: on faults of 45 degrees and more
 #: they mend few defects, where both serve they go further, and they bend the plan.

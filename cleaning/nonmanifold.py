@@ -17,7 +17,8 @@ from graben.cleaning.shaping.fans import crowded_edges, fans_of, joints_of, trou
 from graben.cleaning.shaping.trimming import part_of
 from graben.proximity import nearest
 from graben.surface import Surface, edge_sharing, edge_table, triangle_areas
-from graben.validators.measuring.measures import amount, components, percent, plural, side_lengths
+from graben.validators.measuring.measures import amount, components, percent, side_lengths
+from graben.words import plural
 
 #: Share of the area below which a sheet that hangs on a crowded edge is a fin and goes; larger ones become
 #: components of their own.

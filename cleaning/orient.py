@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
 from graben.cleaning.shaping.turning import disagreeing, reconciled, same_turn
-from graben.validators.measuring.measures import plural
+from graben.words import plural
 
 
 def propose(task: Task) -> list[Change | Refusal]:

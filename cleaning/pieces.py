@@ -29,7 +29,8 @@ from graben.surface import Surface, strong_components, triangle_normals
 from graben.validators.context import Need
 from graben.validators.measuring.branch_lines import BranchLines
 from graben.validators.measuring.contact import Contact, ContactKind
-from graben.validators.measuring.measures import amount, percent, plural
+from graben.validators.measuring.measures import amount, percent
+from graben.words import plural
 
 #: Gap left where a fault is cut back before another, over its median edge: triangles along the cut then stay
 #: clear of the other fault through later repairs.

@@ -15,7 +15,8 @@ from graben.cleaning.shaping.sliver_edits import LAST_AWAY, LAST_TURN, bad_trian
 from graben.cleaning.shaping.sliver_patches import with_patches_remeshed
 from graben.surface import Surface
 from graben.validators.degenerate import ANGLE_LIMIT
-from graben.validators.measuring.measures import amount, plural, side_lengths, smallest_angles
+from graben.validators.measuring.measures import amount, side_lengths, smallest_angles
+from graben.words import plural
 
 
 def propose(task: Task) -> list[Change | Refusal]:
@@ -78,7 +79,8 @@ def _left(task: Task, name: str, surface: Surface, left: IntArray, limit: float)
     else:
         size = side_lengths(surface.vertices, surface.triangles[left]).max()
         reason = (
-            f"{plural(len(left), 'triangle')} of {name} with angles from {angles.min():.2g} degrees stay: "
+            f"{plural(len(left), 'triangle')} of {name} with angles from {angles.min():.2g} degrees "
+            f"{'stays' if len(left) == 1 else 'stay'}: "
             "any flip, collapse or new mesh around would move the rim or a line shared with another fault, "
             f"turn a normal by more than {LAST_TURN:g} degrees, or leave the surface by more than "
             f"{amount(LAST_AWAY * size, task.unit)}."

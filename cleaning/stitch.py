@@ -16,7 +16,8 @@ from graben.finding import Finding
 from graben.model import Model
 from graben.surface import Surface, boundary_edges
 from graben.validators.manifold import HOLE
-from graben.validators.measuring.measures import components, plural
+from graben.validators.measuring.measures import components
+from graben.words import plural
 
 #: Share of the shortest edge of the rim at a vertex up to which its gap may be one of rounding.
 _OF_EDGE = 1e-2

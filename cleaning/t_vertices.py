@@ -21,7 +21,7 @@ from graben.cleaning.shaping.fans import crowded_edges
 from graben.cleaning.stitch import cracks
 from graben.proximity import box_pairs
 from graben.surface import Surface, edge_sharing, edge_table
-from graben.validators.measuring.measures import plural
+from graben.words import plural
 
 #: Distance of a vertex from an edge, over the edge's length, up to which it lies on the edge: the hole beside
 #: it is flatter than a triangle with an angle of half a degree, so that filling it would make a sliver.

@@ -13,7 +13,8 @@ from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
 from graben.cleaning.shaping.regular import regular_places
 from graben.surface import Surface
 from graben.validators.finite import usable
-from graben.validators.measuring.measures import components, plural
+from graben.validators.measuring.measures import components
+from graben.words import plural
 
 #: Most vertices without a place that are put in the mean where they are neighbours: more of them the mean of
 #: what is around would draw together.

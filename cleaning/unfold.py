@@ -16,7 +16,7 @@ from graben.cleaning.shaping.shared import shared_vertices
 from graben.cleaning.shaping.slope_patches import Turned, around, patches, slivers, within
 from graben.cleaning.shaping.slope_program import Bounds, Smooth, hinges
 from graben.surface import Surface, boundary_edges
-from graben.validators.measuring.measures import amount, plural
+from graben.validators.measuring.measures import amount
 from graben.validators.measuring.plan import (
     VERTICAL,
     covers_once,
@@ -24,6 +24,7 @@ from graben.validators.measuring.plan import (
     narrowest_overlap,
     projected,
 )
+from graben.words import plural
 
 #: Dip up to which a patch is brought, degrees: below the dip at which a triangle is vertical, by a margin
 #: that coordinates written with four digits of an edge keep.

@@ -26,6 +26,7 @@ from graben.surface import (
     triangle_dips,
     triangle_normals,
 )
+from graben.words import plural
 
 
 @dataclass(frozen=True)
@@ -107,9 +108,8 @@ class PointsInfo:
     step: float
 
     def __str__(self) -> str:
-        text = (
-            f"{self.count} points\n  {self.extents}\n  spacing {self.spacing:g}, default step {self.step:g}"
-        )
+        text = f"{plural(self.count, 'point')}\n  {self.extents}\n"
+        text += f"  spacing {self.spacing:g}, default step {self.step:g}"
         return text + (f"\n  points that are not finite {self.unfit}" if self.unfit else "")
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from graben.words import plural
+
 _KILOMETRE = 1000.0  # m
 
 
@@ -65,7 +67,7 @@ class Replica:
         wide, high = (extent / _KILOMETRE for extent in self.size)
         meet = f"{self.intersections or 'no'} intersection{'' if self.intersections == 1 else 's'}"
         return (
-            f"replica of {self.name}: {self.faults} faults, {meet}, dips from {self.least_dip:g}, "
+            f"replica of {self.name}: {plural(self.faults, 'fault')}, {meet}, dips from {self.least_dip:g}, "
             f"mean {self.mean_dip:g}, step {self.step:g} m, {wide:.1f} x {high:.1f} km"
         )
 

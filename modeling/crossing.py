@@ -14,6 +14,7 @@ from graben.arrays import BoolArray, FloatArray, IntArray, floats
 from graben.modeling.results import HorizonResult
 from graben.refinement import component_labels
 from graben.surface import Surface
+from graben.words import plural
 
 #: Nodes nearer to each other than this many steps belong to one place.
 _TOGETHER = 2.0
@@ -46,7 +47,7 @@ class Crossing:
     def __str__(self) -> str:
         count = len(self.depths)
         x, y, _ = self.places[0]
-        places = "1 place" if count == 1 else f"{count} places"
+        places = plural(count, "place")
         return (
             f"{self.upper} lies below {self.lower} in {places} once rebuilt, by up to {self.depths[0]:.4g} "
             f"at x {x:.7g}, y {y:.7g}: lower gamma there, or look at the fault between them."

@@ -23,6 +23,7 @@ from graben.errors import ModelingError
 from graben.modeling.algebra import Cholmod
 from graben.modeling.coverage import Coverage, covered, meshed
 from graben.modeling.scattered import Places, Scattered, located
+from graben.words import plural
 
 #: Greatest length c, in steps: the surface is then nearly a plane.
 MOST_SMOOTHING = 300.0
@@ -198,11 +199,14 @@ def _smoothing_for(noise: float, rms: Callable[[float], float]) -> float:
 def _note(residuals: FloatArray, coverage: Coverage, nodes: int, step: float, smoothing: float) -> str:
     used = np.isfinite(residuals)
     rms = float(np.sqrt(np.mean(residuals[used] ** 2)))
-    text = f"{nodes} nodes at a step of {step:.6g} fitted to {used.sum()} points, rms residual {rms:.3g}"
+    text = (
+        f"{plural(nodes, 'node')} at a step of {step:.6g} fitted to {plural(int(used.sum()), 'point')}, "
+        f"rms residual {rms:.3g}"
+    )
     if smoothing > step:
         text += f", smoothed over {smoothing:.3g}"
     if not used.all():
-        text += f"; {(~used).sum()} points that stand alone or are not finite left out"
+        text += f"; {plural(int((~used).sum()), 'point')} that stand alone or are not finite left out"
     if coverage.left_out:
-        text += f"; {coverage.left_out} small parts of the area left out"
+        text += f"; {plural(coverage.left_out, 'small part')} of the area left out"
     return text + "."

@@ -18,6 +18,7 @@ from graben.modeling.resampling import Trace, node_kinds, resampled
 from graben.modeling.snapping import NEAR, along_boundary, reaching, snapped, unlooped, without
 from graben.refinement import component_labels, refined
 from graben.surface import Surface, boundary_edges, mean_dip_direction, triangle_areas
+from graben.words import plural
 
 #: Pieces of a trace shorter than this many steps are dropped (check `trace`).
 _PIECE = 2.0
@@ -150,7 +151,7 @@ def _require_no_area(both: Complex, network: Complex, names: Sequence[str], reac
     if len(wide):
         fault = int(network.owner[both.parent[wide[0]]])
         name = names[fault] if names else f"Fault {fault}"
-        raise ModelingError(f"{name} lies in the horizon over an area, in {len(wide)} triangles.")
+        raise ModelingError(f"{name} lies in the horizon over an area, in {plural(len(wide), 'triangle')}.")
 
 
 def _sides(corners: FloatArray) -> list[FloatArray]:

@@ -14,8 +14,9 @@ from graben.cutgraph import CutGraph
 from graben.finding import Element, Part
 from graben.surface import Surface
 from graben.validators.context import Anchoring, Check, CheckContext, Defect, Need, Severity
-from graben.validators.measuring.measures import amount, plural
+from graben.validators.measuring.measures import amount
 from graben.validators.measuring.trace_measures import above
+from graben.words import plural
 
 
 @dataclass(frozen=True, eq=False)

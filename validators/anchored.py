@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from graben.arrays import floats, ints
 from graben.finding import Element, Part
 from graben.validators.context import Anchoring, Check, CheckContext, Defect, Need, Scope
-from graben.validators.measuring.measures import plural
+from graben.words import plural
 
 
 def _run(context: CheckContext) -> list[Defect]:

@@ -10,7 +10,8 @@ from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.finding import Element, Part
 from graben.surface import Surface
 from graben.validators.context import Check, CheckContext, Defect, Scope, Tolerance
-from graben.validators.measuring.measures import ANGLE_ROUNDING, angles_of, centroids, part_at, plural
+from graben.validators.measuring.measures import ANGLE_ROUNDING, angles_of, centroids, part_at
+from graben.words import plural
 
 #: Smallest angle of a fault's triangle, degrees: a height of 1/115 of the longest side.
 ANGLE_LIMIT = 0.5

@@ -8,7 +8,8 @@ from graben.arrays import IntArray, floats, ints
 from graben.finding import Element
 from graben.surface import Surface
 from graben.validators.context import Check, CheckContext, Defect
-from graben.validators.measuring.measures import centroids, once_of, part_at, places_of, plural
+from graben.validators.measuring.measures import centroids, once_of, part_at, places_of
+from graben.words import plural
 
 
 def _run(context: CheckContext) -> list[Defect]:

@@ -9,7 +9,8 @@ from graben.finding import Element
 from graben.model import UNFIT, Horizon
 from graben.surface import Surface
 from graben.validators.context import Check, CheckContext, Defect, Scope
-from graben.validators.measuring.measures import part_at, plural
+from graben.validators.measuring.measures import part_at
+from graben.words import plural
 
 #: From here on a coordinate is no place: 1e30 marks what is undefined, and products of more overflow.
 USABLE = 1e20

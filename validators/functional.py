@@ -12,9 +12,10 @@ from graben.model import Horizon
 from graben.surface import Surface
 from graben.validators.context import Check, CheckContext, Defect, Scope, Severity, Tolerance
 from graben.validators.measuring.crossings import Crossings, crossings, overlap_parts
-from graben.validators.measuring.measures import amount, areas_of, centroids, part_at, percent, plural
+from graben.validators.measuring.measures import amount, areas_of, centroids, part_at, percent
 from graben.validators.measuring.picks import STEEPEST, cliffs
 from graben.validators.measuring.plan import Projection, covers_once, narrowest_overlap, projected
+from graben.words import plural
 
 #: Relief of a flattened surface, in widths below which an overlap is none.
 FLAT = 0.1

@@ -15,10 +15,11 @@ from graben.model import Horizon
 from graben.surface import Surface
 from graben.validators.context import CheckContext, Defect, Severity
 from graben.validators.measuring.holes import Hole, distances, traced
-from graben.validators.measuring.measures import amount, plural
+from graben.validators.measuring.measures import amount
 from graben.validators.measuring.parallel import Stretch, slope_ratios
 from graben.validators.measuring.smear import smear_width
 from graben.validators.measuring.strays import strays
+from graben.words import plural
 
 #: Two stretches of a trace with less than this share of their length between them follow each other.
 _SAME = 1e-6

@@ -10,8 +10,9 @@ from graben.arrays import IntArray, floats, ints
 from graben.cutgraph import CutGraph
 from graben.finding import Element
 from graben.validators.context import Check, CheckContext, Defect, Need, Scope
-from graben.validators.measuring.measures import amount, plural
+from graben.validators.measuring.measures import amount
 from graben.validators.measuring.trace_measures import pieces
+from graben.words import plural
 
 
 def _run(context: CheckContext) -> list[Defect]:

@@ -14,8 +14,8 @@ from graben.proximity import nearest
 from graben.surface import Surface, edge_table, triangle_normals
 from graben.validators.context import CONTACT, Check, CheckContext, Defect, Need, Tolerance
 from graben.validators.junction import common_edges
-from graben.validators.measuring.measures import plural
 from graben.validators.measuring.trace_measures import above
+from graben.words import plural
 
 #: A junction stands within this many steps of the place where its faults cross: points closer to each other
 #: than the mesh can resolve are one node of the cut graph.

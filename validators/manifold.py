@@ -18,10 +18,10 @@ from graben.validators.measuring.measures import (
     largest_parts,
     mesh_of,
     part_at,
-    plural,
     remembered,
 )
 from graben.validators.measuring.openings import openings
+from graben.words import plural
 
 #: What a part is called that is a hole.
 HOLE = "hole"

@@ -8,7 +8,8 @@ from graben.arrays import floats, ints
 from graben.finding import Element
 from graben.surface import Surface, triangle_areas, triangle_dips
 from graben.validators.context import Check, CheckContext, Defect, Severity, Tolerance
-from graben.validators.measuring.measures import centroids, plural, smallest_angles
+from graben.validators.measuring.measures import centroids, smallest_angles
+from graben.words import plural
 
 #: Angle below which two dips are equal, degrees: above what rounding makes of coordinates of 500 km.
 ROUNDING = 1e-6

@@ -10,9 +10,10 @@ from graben.arrays import floats, ints
 from graben.finding import Element, Part
 from graben.validators.context import Check, CheckContext, Defect, Need, Severity, Tolerance
 from graben.validators.measuring.contact import ContactKind
-from graben.validators.measuring.measures import amount, plural
+from graben.validators.measuring.measures import amount
 from graben.validators.measuring.rim_labels import RimLabel
 from graben.validators.measuring.rims import Stretch, rim_stretches
+from graben.words import plural
 
 #: How much the sizes along a finding may differ, as a share, to be told as one.
 _ALIKE = 0.05

@@ -8,8 +8,9 @@ from graben.arrays import floats, ints
 from graben.finding import Element
 from graben.surface import Surface, chained
 from graben.validators.context import Check, CheckContext, Defect
-from graben.validators.measuring.measures import Mesh, mesh_of, plural
+from graben.validators.measuring.measures import Mesh, mesh_of
 from graben.validators.measuring.plan import orientation
+from graben.words import plural
 
 
 def _run(context: CheckContext) -> list[Defect]:

@@ -12,7 +12,8 @@ from graben.arrays import FloatArray, IntArray, floats, ints
 from graben.finding import Element, Part
 from graben.validators.context import Check, CheckContext, Defect, Need, Scope
 from graben.validators.measuring.contact import Contact, ContactKind
-from graben.validators.measuring.measures import amount, components, part_at, plural
+from graben.validators.measuring.measures import amount, components, part_at
+from graben.words import plural
 
 #: Ends of lines that are one place, and how near an end comes to another line to lie on it, in contact
 #: distances: what lies between two kinds of contact is counted to neither.

@@ -10,7 +10,8 @@ from graben.finding import Element, Part
 from graben.surface import Surface, chained
 from graben.validators.context import Check, CheckContext, Defect, Tolerance
 from graben.validators.measuring.crossings import Crossings, crossings, overlap_parts
-from graben.validators.measuring.measures import amount, components, inner_points, largest_parts, plural
+from graben.validators.measuring.measures import amount, components, inner_points, largest_parts
+from graben.words import plural
 
 #: Depth over the model's size up to which one sheet touches another: above the rounding of coordinates of
 #: 5000 km, far below what a file's digits resolve.

@@ -12,7 +12,8 @@ from graben.finding import Element, Part
 from graben.validators.context import CONTACT, Check, CheckContext, Defect, Need, Scope, Severity, Tolerance
 from graben.validators.measuring.contact import Contact, ContactKind
 from graben.validators.measuring.leaving import broken_by_holes
-from graben.validators.measuring.measures import amount, part_at, plural
+from graben.validators.measuring.measures import amount, part_at
+from graben.words import plural
 
 #: What the condition asks for: a vertex or an edge that both have.
 _CONFORMING = (ContactKind.EDGE, ContactKind.VERTEX)

@@ -16,7 +16,7 @@ from graben.proximity import nearest
 from graben.surface import Surface
 from graben.validators.apart import far_horizons, fault_like, too_coarse, too_wide
 from graben.validators.context import Check, CheckContext, Defect, Need, Scope, Severity
-from graben.validators.measuring.measures import amount, plural
+from graben.validators.measuring.measures import amount
 from graben.validators.measuring.reach import reach_of
 from graben.validators.measuring.trace_measures import (
     Goal,
@@ -26,6 +26,7 @@ from graben.validators.measuring.trace_measures import (
     outline,
     pieces_of,
 )
+from graben.words import plural
 
 #: How far off a fault's rim a place of the fault lies where the fault goes on, in steps.
 _OFF_RIM = 0.5

@@ -13,11 +13,11 @@ from graben.validators.context import Check, CheckContext, Defect, Severity, Tol
 from graben.validators.measuring.measures import (
     centroids,
     components,
-    plural,
     remembered,
     smallest_angles,
     with_three_corners,
 )
+from graben.words import plural
 
 #: Dip below which a triangle or an edge is level, degrees: 1.7 m in 10 km. Far below any dip that moves a
 #: cut, above what coordinates written to a centimetre make of a level edge of 60 m.

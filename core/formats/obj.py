@@ -17,6 +17,7 @@ from graben.arrays import FloatArray, floats, ints
 from graben.errors import InputError
 from graben.formats.parts import Part, fans
 from graben.formats.text import decoded, shortened
+from graben.words import plural
 
 _OBJECT = re.compile(r"^[ \t]*o[ \t]+\S", re.MULTILINE)
 
@@ -109,7 +110,9 @@ def _vertex(words: list[str], path: Path, number: int) -> list[float]:
             f"{path}, line {number}: a vertex holds {found} where numbers are due; correct it."
         ) from None
     if len(place) < 3:
-        raise InputError(f"{path}, line {number}: a vertex has {len(place)} numbers, not 3; correct it.")
+        raise InputError(
+            f"{path}, line {number}: a vertex has {plural(len(place), 'number')}, not 3; correct it."
+        )
     return place
 
 

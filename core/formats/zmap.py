@@ -22,6 +22,7 @@ from graben.arrays import FloatArray, floats
 from graben.errors import InputError
 from graben.formats.text import load_text, shortened
 from graben.model import GridGeometry
+from graben.words import plural
 
 _COMMENTS = "!+"
 _MARK = "@"
@@ -162,7 +163,8 @@ def _fields(line: _Line, count: int, path: Path) -> list[str]:
         words.pop()
     if len(words) != count:
         raise InputError(
-            f"{path}, line {line[0]}: the header has {len(words)} fields here, not {count}; correct it."
+            f"{path}, line {line[0]}: the header has {plural(len(words), 'field')} here, not {count}; "
+            "correct it."
         )
     return words
 

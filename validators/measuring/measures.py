@@ -25,6 +25,9 @@ ZERO_HEIGHT = 1e-9
 #: Parts of one kind that a finding lists one by one.
 MOST_PARTS = 50
 
+#: Square metres from which on an area is told in square kilometres.
+_KM2 = 1e5
+
 #: Angle below which two angles are equal, degrees: above what rounding makes of coordinates of 500 km.
 ANGLE_ROUNDING = 1e-6
 
@@ -267,9 +270,11 @@ def largest_parts(
 def amount(value: float, unit: str = "") -> str:
     """Return a number with three digits and its unit, without an exponent where it can be read without.
 
-    >>> amount(31168.6, "m"), amount(0.81223, "m"), amount(2.0)
-    ('31200 m', '0.812 m', '2')
+    >>> amount(31168.6, "m"), amount(0.81223, "m"), amount(2.0), amount(881400.0, "m²")
+    ('31200 m', '0.812 m', '2', '0.881 km²')
     """
+    if unit == "m²" and abs(value) >= _KM2:
+        value, unit = value / 1e6, "km²"
     return f"{float(f'{value:.3g}'):.12g} {unit}".rstrip()
 
 
@@ -277,8 +282,3 @@ def percent(part: float, whole: float) -> str:
     """Return a share in percent with two digits, as in ``3.4 %``; 0 where the whole is 0."""
     share = 100.0 * part / whole if whole > 0 else 0.0
     return f"{share:.0f} %" if share >= 10 else f"{share:.2g} %"
-
-
-def plural(count: int, word: str, many: str = "") -> str:
-    """Return a count with its word, as in ``1 triangle`` or ``3 vertices``."""
-    return f"{count} {word if count == 1 else many or word + 's'}"
