@@ -48,8 +48,9 @@ class Motion:
         new[order] = np.arange(n)
         known = (surface.triangles >= 0) & (surface.triangles < n)
         triangles = np.where(known, new[np.where(known, surface.triangles, 0)] if n else 0, surface.triangles)
-        triangles = np.array([np.roll(t, rng.integers(3)) for t in rng.permutation(triangles)])
-        triangles = triangles.reshape(-1, 3)
+        triangles = rng.permutation(triangles).reshape(-1, 3)
+        turns = (np.arange(3) + rng.integers(3, size=len(triangles))[:, None]) % 3
+        triangles = np.take_along_axis(triangles, turns, axis=1)
         if self.seed % 2:
             triangles = triangles[:, ::-1]
         return Surface(surface.name, self.points(surface.vertices)[order], triangles)

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import jsonschema
@@ -18,11 +19,7 @@ import pyvista
 import surfio
 
 from graben.schema import schemas
-
-
-def graben(*words: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "graben.cli", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=120, check=False)
+from tests.commands import graben, started
 
 
 @pytest.fixture(scope="module")
@@ -32,14 +29,30 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@dataclass(frozen=True)
+class Run:
+    """A run in a process of its own: its folder, what it said, and the seconds that it took in all."""
+
+    folder: Path
+    stdout: str
+    wall: float
+
+
 @pytest.fixture(scope="module")
-def ran(demo: Path) -> Path:
+def alone(demo: Path) -> Run:
     out = demo.parent / "out"
-    done = graben("run", demo / "model.toml", "-o", out)
+    begin = time.perf_counter()
+    done = started("run", demo / "model.toml", "-o", out)
+    wall = time.perf_counter() - begin
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     assert str(out / "report.html") in done.stdout
-    return out
+    return Run(out, done.stdout, wall)
+
+
+@pytest.fixture(scope="module")
+def ran(alone: Run) -> Path:
+    return alone.folder
 
 
 def test_a_run_writes_what_it_says(ran: Path) -> None:
@@ -130,7 +143,7 @@ def test_wrong_commands_end_with_one_sentence(words: list[str], says: str, tmp_p
 
 
 def test_debug_shows_where(tmp_path: Path) -> None:
-    done = graben("run", "nowhere.toml", "-o", "out", "--debug", cwd=tmp_path)
+    done = started("run", "nowhere.toml", "-o", "out", "--debug", cwd=tmp_path)
     assert done.returncode == 2
     assert "Traceback" in done.stderr
 
@@ -230,16 +243,13 @@ def test_an_interrupt_of_another_command_speaks_of_no_resume(demo: Path, tmp_pat
     )
 
 
-def test_the_seconds_are_those_of_the_whole_command(demo: Path, tmp_path: Path) -> None:
-    begin = time.perf_counter()
-    done = graben("run", demo / "model.toml", "-o", tmp_path / "out")
-    wall = time.perf_counter() - begin
-    found = re.search(r"; ([0-9.]+) s, \d+ MB\.", done.stdout)
+def test_the_seconds_are_those_of_the_whole_command(alone: Run) -> None:
+    found = re.search(r"; ([0-9.]+) s, \d+ MB\.", alone.stdout)
     assert found is not None
-    timings = json.loads((tmp_path / "out" / "report.json").read_text())["timings"]
+    timings = json.loads((alone.folder / "report.json").read_text())["timings"]
     # reading and loading count, and the parts of the total are in it
     assert timings["read"] > 0
-    assert timings["total"] <= float(found[1]) + 0.01 <= wall + 0.02
+    assert timings["total"] <= float(found[1]) + 0.01 <= alone.wall + 0.02
     assert timings["total"] >= timings["read"] + timings["check"] + timings["write"]
 
 
@@ -261,7 +271,7 @@ def test_demo_list_info_and_schema(demo: Path) -> None:
     assert said.returncode == 0
     assert "dip" in said.stdout.lower()
     assert set(json.loads(graben("schema").stdout)) >= {"model.toml", "report.json"}
-    assert graben("--help").returncode == 0
+    assert started("--help").returncode == 0
     assert graben("run", "--help").returncode == 0
 
 

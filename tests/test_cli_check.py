@@ -24,8 +24,8 @@ from graben.errors import OutputError
 from graben.formats.writing import write_model
 from graben.reports.check_files import REPORTS, STDOUT, require_targets
 from graben.schema import schemas
+from tests.commands import graben
 from tests.reports.check_models import EVIL, evil_model, with_sliver
-from tests.test_cli import graben
 from tests.zoo import FAILING
 from tests.zoo.shapes import F60, faults
 

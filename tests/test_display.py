@@ -20,7 +20,7 @@ from graben.display import Course
 from graben.modeling.algebra import Cholmod
 from graben.pipeline import build
 from graben.stages import Work
-from tests.test_cli import graben
+from tests.commands import graben
 from tests.test_resume import layers
 
 PLAN = ("read", "check", "repair", "model", "write")

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import igl
 import numpy as np
 import pytest
 
+from graben.demo import SyntheticModel, write
 from graben.demo import build as demo
-from graben.demo import write
 from graben.model import Fault, Horizon
 from graben.modeling.fitting import fit_points
 from graben.modeling.results import HorizonResult, Score
-from graben.pipeline import build, check
+from graben.pipeline import RunResult, build, check
 from graben.reading import read_model
 from graben.repairs import repair
 from graben.surface import Surface
@@ -30,15 +32,37 @@ def smeared(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return -40.0 * np.tanh(x / 100.0) * np.maximum(1 - (y / 1500) ** 2, 0) ** 1.5
 
 
-def run_demo(tmp_path: Path, name: str, **how: object) -> tuple[HorizonResult, Score]:
-    made = demo(name, **how)  # type: ignore[arg-type]
-    write(made, tmp_path / "m")
-    result = build(read_model(tmp_path / "m" / "model.toml"))
+Runner = Callable[..., tuple[HorizonResult, Score]]
+
+
+@pytest.fixture(scope="module")
+def run_demo(tmp_path_factory: pytest.TempPathFactory) -> Runner:
+    """Return what runs a synthetic model from its files, each once."""
+    done: dict[str, tuple[HorizonResult, Score]] = {}
+
+    def run(name: str, **how: object) -> tuple[HorizonResult, Score]:
+        key = f"{name} {how}"
+        if key not in done:
+            done[key] = _ran(demo(name, **how), tmp_path_factory.mktemp(name))  # type: ignore[arg-type]
+        return done[key]
+
+    return run
+
+
+def _ran(made: SyntheticModel, folder: Path) -> tuple[HorizonResult, Score]:
+    write(made, folder)
+    result = build(read_model(folder / "model.toml"))
     assert result.passed, repr(result)
     (horizon,) = result.horizons
     assert horizon.score is not None
     _lies_on_its_faults(horizon, result.repaired.faults)
     return horizon, horizon.score
+
+
+@cache
+def single() -> RunResult:
+    """Return the run of the single fault as it is made, without files."""
+    return build(model_of_demo(demo("single")))
 
 
 def _lies_on_its_faults(horizon: HorizonResult, faults: tuple[Fault, ...]) -> None:
@@ -57,10 +81,12 @@ def figures(score: Score) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("step", "slack"), [(100.0, 1.0), (50.0, FINER_OR_COARSER), (200.0, FINER_OR_COARSER)]
+    ("how", "slack"),
+    [({}, 1.0), ({"step": 50.0}, FINER_OR_COARSER), ({"step": 200.0}, FINER_OR_COARSER)],
+    ids=str,
 )
-def test_single_fault_within_its_bars(tmp_path: Path, step: float, slack: float) -> None:
-    horizon, score = run_demo(tmp_path, "single", step=step)
+def test_single_fault_within_its_bars(run_demo: Runner, how: dict[str, object], slack: float) -> None:
+    horizon, score = run_demo("single", **how)
     assert score.cutoff.percent <= CUTOFF * slack
     assert score.throw.percent <= THROW * slack
     assert score.zone.value <= ZONE * slack * score.zone_input.value
@@ -78,8 +104,8 @@ def test_single_fault_within_its_bars(tmp_path: Path, step: float, slack: float)
         ("low-dip-12", 4.0, 8),
     ],
 )
-def test_other_models_within_their_bars(tmp_path: Path, name: str, cutoff: float, iterations: int) -> None:
-    horizon, score = run_demo(tmp_path, name)
+def test_other_models_within_their_bars(run_demo: Runner, name: str, cutoff: float, iterations: int) -> None:
+    horizon, score = run_demo(name)
     assert score.cutoff.percent <= cutoff
     assert max(s.iterations for s in horizon.subdomains) <= iterations
 
@@ -96,9 +122,9 @@ def test_other_models_within_their_bars(tmp_path: Path, name: str, cutoff: float
     ids=str,
 )
 @pytest.mark.parametrize("name", ["single", "tee"])
-def test_score_does_not_depend_on_the_frame(tmp_path: Path, name: str, how: dict[str, object]) -> None:
-    upright = run_demo(tmp_path / "a", name)[1]
-    turned = run_demo(tmp_path / "b", name, **how)[1]
+def test_score_does_not_depend_on_the_frame(run_demo: Runner, name: str, how: dict[str, object]) -> None:
+    upright = run_demo(name)[1]
+    turned = run_demo(name, **how)[1]
     assert figures(turned) == pytest.approx(figures(upright), rel=0.1)
 
 
@@ -149,24 +175,21 @@ def test_horizon_without_its_fault_is_left_alone() -> None:
 
 
 def test_nodes_outside_gamma_keep_their_values() -> None:
-    made = demo("single")
-    result = build(model_of_demo(made))
-    (horizon,) = result.horizons
+    (horizon,) = single().horizons
     fixed = horizon.fixed
     assert fixed.sum() > 5000
     assert horizon.surface.vertices[fixed] == pytest.approx(horizon.first[fixed], rel=0, abs=1e-9)
 
 
 def test_plain_iteration_gives_the_same_answer() -> None:
-    made = demo("single")
-    fast = build(model_of_demo(made)).horizons[0]
-    plain = build(model_of_demo(made, acceleration=False)).horizons[0]
+    fast = single().horizons[0]
+    plain = build(model_of_demo(demo("single"), acceleration=False)).horizons[0]
     assert plain.converged
     assert plain.cutoffs[0].throw == pytest.approx(fast.cutoffs[0].throw, abs=0.2)
 
 
 def test_throw_and_heave_have_their_signs() -> None:
-    normal = build(model_of_demo(demo("single"))).horizons[0].cutoffs[0]
+    normal = single().horizons[0].cutoffs[0]
     assert normal.throw.max() > 100
     assert normal.heave[normal.throw.argmax()] > 0
     assert normal.throw[[0, -1]].tolist() == [0.0, 0.0]
@@ -224,7 +247,7 @@ def test_vertical_and_overturned_faults(dip: float) -> None:
 
 def test_unit_less_model_of_any_size() -> None:
     """The same model a thousand times smaller gives the same figures: no tolerance is in metres."""
-    whole = build(model_of_demo(demo("single")))
+    whole = single()
     small = model_of_demo(demo("single"))
     shrunk = replace(
         small,
@@ -275,7 +298,7 @@ def test_sharp_picks_hold_the_throw_and_smeared_ones_do_not() -> None:
 
 
 def test_results_print_and_convert() -> None:
-    result = build(model_of_demo(demo("single")))
+    result = single()
     assert "type 0" in repr(result)
     assert "<table>" in result._repr_html_()
     assert set(result.to_pyvista().keys()) == {"Top", "F1"}

@@ -12,8 +12,8 @@ from graben.errors import OutputError
 from graben.finding import Finding, Status
 from graben.modeling.results import HorizonResult
 from graben.pipeline import RunResult
+from tests.commands import graben as command
 from tests.reports import sample
-from tests.test_cli import graben as command
 
 #: A line that a terminal or a notebook shows as it is.
 LONGEST = 200

@@ -14,6 +14,7 @@ import pytest
 from graben.settings import ModelFile
 from graben.validators.registry import CHECKS
 from tests import pages
+from tests.commands import graben
 
 ROOT = pages.ROOT
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -37,13 +38,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("readme")
     for program, *rest in commands():
         if program == "graben":
-            done = subprocess.run(
-                [sys.executable, "-m", "graben.cli", *rest],
-                cwd=place,
-                capture_output=True,
-                text=True,
-                check=False,
-            )
+            done = graben(*rest, cwd=place)
             assert done.returncode == 0, done.stderr + done.stdout
     return place
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,11 +12,15 @@ import numpy as np
 import pytest
 
 from graben.finding import Status
+from graben.model import Model
 from graben.pipeline import RunResult, build
 from graben.reading import read_model
+from graben.repairs import repair
 from tests.lips import misfits
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
+#: A step of horizons on which a repair of faults takes a quarter of the time, and Drogon's own gamma, m.
+COARSE, GAMMA = 200.0, 200.0
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="needs ../shared/data")
 
 
@@ -41,8 +47,22 @@ def test_claudius_throw_and_lips(claudius: RunResult) -> None:
         assert np.sqrt(away.max()) < 0.1
 
 
-def test_drogon_lies_on_its_points() -> None:
-    result = build(read_model(DATA / "drogon" / "model.toml"))
+def coarse(folder: Path) -> Model:
+    """Return Drogon with its horizons on wider grids and gamma as it is, read from a copy in a folder."""
+    model = shutil.copytree(DATA / "drogon", folder / "drogon") / "model.toml"
+    text, count = re.subn(r"^step = .*$", f"step = {COARSE}", model.read_text(), flags=re.M)
+    assert count == 4
+    model.write_text(f"{text}\n[parameters]\ngamma = {GAMMA}\n")
+    return read_model(model)
+
+
+def test_drogon_lies_on_its_points(tmp_path: Path) -> None:
+    """The faults are repaired under coarse horizons: at each of its steps the gate looks at all four."""
+    mended = repair(coarse(tmp_path))
+    assert [action.action for action in mended.actions] == ["pieces"]
+    fine = read_model(DATA / "drogon" / "model.toml")
+    assert {fine.gamma(fault, horizon) for fault in fine.faults for horizon in fine.horizons} == {GAMMA}
+    result = build(replace(fine, faults=mended.model.faults), mend=False)
     assert len(result.horizons) == 4
     for horizon in result.horizons:
         found = misfits(result.repaired, horizon)

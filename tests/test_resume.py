@@ -33,6 +33,7 @@ from graben.reading import read_model
 from graben.reports.writing import write_run
 from graben.resuming import KeptFolder, manifest, require_resumable
 from graben.settings import Parameters
+from tests.commands import Done, graben
 from tests.models import grid_horizon, plane_fault
 
 NAMES = ("Top A", "Top/B", "Base", "Deep")
@@ -57,12 +58,6 @@ resuming.KeptFolder.__setitem__, horizons.rebuilt, pipeline.mended = keep, told,
 if __name__ == "__main__":
     cli.main(words)
 """
-Done = subprocess.CompletedProcess[str]
-
-
-def graben(*words: object) -> Done:
-    command = [sys.executable, "-m", "graben.cli", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
 
 
 def watched(number: int, count: int, *words: object) -> Done:

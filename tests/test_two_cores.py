@@ -6,7 +6,7 @@ import json
 import os
 import re
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -182,12 +182,17 @@ def pictures(folder) -> list[str]:
     return re.findall('src="data:image[^"]+"', (folder / "report.html").read_text(encoding="utf-8"))
 
 
+@cache
+def at_every_resolution() -> list[str]:
+    draw = partial(throw_figure, sample.cut_result(), Frame("m", 1.0))
+    return [Prints(draw)._at(dpi) for dpi in images._RESOLUTIONS]
+
+
 @pytest.mark.parametrize("most", [3_000, 12_000, 30_000, 300_000])
 def test_a_resolution_passed_over_would_not_have_fitted(most):
-    draw = partial(throw_figure, sample.cut_result(), Frame("m", 1.0))
-    prints = Prints(draw)
+    prints = Prints(partial(throw_figure, sample.cut_result(), Frame("m", 1.0)))
     taken = prints.address(most, drawing=False)
-    every = [Prints(draw)._at(dpi) for dpi in images._RESOLUTIONS]
+    every = at_every_resolution()
     assert taken == next((text for text in every if len(text) <= most), every[-1])
 
 

@@ -20,9 +20,10 @@ import numpy as np
 from graben.arrays import floats, ints
 from graben.cleaning.ledger import RepairAction, measured
 from graben.cleaning.shaping.limits import ROUNDING, distances
-from graben.finding import Profile, Status
+from graben.finding import CheckResult, Profile, Status
 from graben.model import Model
 from graben.pipeline import check
+from graben.repairs import RepairResult, repair
 from graben.surface import Surface
 from tests.cleaning import corrupt_meshes, corrupt_networks, corrupt_shapes
 from tests.cleaning.clean_networks import clean_network
@@ -97,6 +98,13 @@ class Case:
         raise CannotCorruptError(self.name)
 
 
+@cache
+def mended(case: Case) -> tuple[Corrupted, RepairResult]:
+    """A case of which several tests look at what repair under the paper makes: built and repaired once."""
+    built = case.built()
+    return built, repair(built.model, Profile.PAPER)
+
+
 def kind_sets() -> list[tuple[str, ...]]:
     """All kinds and all pairs of them."""
     return [(k,) for k in KINDS] + list(combinations(KINDS, 2))
@@ -154,7 +162,13 @@ class Verdict:
         return "\n".join(": ".join(f) for f in self.failed) or "passed"
 
 
-def judged(clean: Model, corrupted: Model, repaired: Model, actions: Sequence[RepairAction] = ()) -> Verdict:
+def judged(
+    clean: Model,
+    corrupted: Model,
+    repaired: Model,
+    actions: Sequence[RepairAction] = (),
+    gate: CheckResult | None = None,
+) -> Verdict:
     """Whether a repaired network passes the gate and is what it was before it was corrupted.
 
     Parameters
@@ -163,8 +177,10 @@ def judged(clean: Model, corrupted: Model, repaired: Model, actions: Sequence[Re
         Faults of the repaired one named "F1 (2)" are parts of F1.
     actions : sequence of RepairAction
         The ledger: faults to which it added something may be moved by max_extension, not max_move alone.
+    gate : CheckResult, optional
+        Of the repaired model under the profile of the paper, where it has been checked already.
     """
-    findings = check(repaired, Profile.PAPER).findings
+    findings = (gate or check(repaired, Profile.PAPER)).findings
     failed, warned = (
         [(f"gate {f.check}", ", ".join(f.objects), f.message) for f in findings if f.status is status]
         for status in (Status.FAIL, Status.WARN)

@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 from graben.arrays import FloatArray
-from graben.finding import Profile
 from graben.model import Model
 from graben.proximity import nearest
-from graben.repairs import repair
 from graben.surface import Surface, edge_table
-from tests.cleaning.corruption import Case
+from tests.cleaning.corruption import Case, mended
 
 CASES = [
     Case("cross", ("non-conforming",), 1),
@@ -56,11 +54,10 @@ def shared_lines(model: Model) -> dict[tuple[str, str], FloatArray]:
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_both_faults_have_the_same_edges_and_elevations_on_branch_lines(case):
-    corrupted = case.built()
-    mended = repair(corrupted.model, Profile.PAPER)
-    assert mended.passed
-    faults = {f.name: f.surface for f in mended.model.faults}
-    clean, lines = shared_lines(corrupted.clean), shared_lines(mended.model)
+    corrupted, result = mended(case)
+    assert result.passed
+    faults = {f.name: f.surface for f in result.model.faults}
+    clean, lines = shared_lines(corrupted.clean), shared_lines(result.model)
     assert lines.keys() == clean.keys()
     broken = shared_lines(corrupted.model)
     assert sum(map(len, broken.values())) < sum(map(len, lines.values()))
@@ -73,7 +70,7 @@ def test_both_faults_have_the_same_edges_and_elevations_on_branch_lines(case):
         for w in values:
             worst = max(worst, float(np.abs(w - points[:, 2]).max()))
         worst = max(worst, float(np.abs(values[0] - values[1]).max()))
-    assert worst <= EQUAL * mended.model.size
+    assert worst <= EQUAL * result.model.size
 
 
 def test_a_fault_moved_off_its_branch_line_is_told():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,13 +11,14 @@ import pytest
 from graben.cleaning.shaping.limits import distances
 from graben.finding import Status
 from graben.model import Fault, Model
-from graben.repairs import repair
+from graben.repairs import RepairResult, repair
 from graben.settings import ContactRule, RepairSettings
 from graben.surface import Surface, edge_table, triangle_areas
 from graben.validators.measuring.measures import smallest_angles
 from tests.models import plane_fault
 from tests.strategies import NASTY
 from tests.zoo import FAILING
+from tests.zoo.cases import Case
 from tests.zoo.near_miss import G, splay
 from tests.zoo.shapes import dipping, faults, scene
 from tests.zoo.simplicial_complex import CONTACT, strayed
@@ -41,6 +43,12 @@ SOLVED = {
 CASES = [c for c in FAILING if c.name in SOLVED.get(c.check, ())]
 
 
+@cache
+def mended(case: Case) -> RepairResult:
+    """What a repair makes of a case under the paper, once."""
+    return repair(case.model, "paper")
+
+
 def said(result, *statuses: Status) -> list[tuple[str, tuple[str, ...]]]:
     return [(f.check, f.objects) for f in result.findings if f.status in statuses]
 
@@ -56,7 +64,7 @@ def common_edges(first: Surface, second: Surface) -> float:
 
 @pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
 def test_a_network_of_the_zoo_passes_under_the_paper_without_a_near_miss(case) -> None:
-    result = repair(case.model, "paper")
+    result = mended(case)
     assert said(result.after, Status.FAIL) == []
     assert [s for s in said(result.after, Status.WARN) if s[0] == "near-miss"] == []
     assert result.actions
@@ -64,7 +72,7 @@ def test_a_network_of_the_zoo_passes_under_the_paper_without_a_near_miss(case) -
 
 @pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
 def test_the_result_does_not_depend_on_north_or_on_the_order_of_the_file(case) -> None:
-    plain, moved = repair(case.model, "paper"), repair(NASTY.model(case.model), "paper")
+    plain, moved = mended(case), repair(NASTY.model(case.model), "paper")
     assert moved.passed
     for a, b in zip(plain.model.faults, moved.model.faults, strict=True):
         areas = [triangle_areas(f.surface.vertices, f.surface.triangles).sum() for f in (a, b)]
@@ -73,7 +81,7 @@ def test_the_result_does_not_depend_on_north_or_on_the_order_of_the_file(case) -
 
 @pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
 def test_repaired_twice_is_repaired_once(case) -> None:
-    once = repair(case.model, "paper")
+    once = mended(case)
     twice = repair(once.model, "paper")
     assert twice.actions == ()
     assert all(a.surface is b.surface for a, b in zip(once.model.faults, twice.model.faults, strict=True))

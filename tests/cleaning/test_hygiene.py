@@ -170,3 +170,13 @@ def test_what_is_sound_is_the_same(monkeypatch):
     made = mended(monkeypatch, surface)
     assert made.model.faults[0].surface is surface
     assert made.actions == ()
+
+
+def test_progress_counts_findings_in_words(monkeypatch):
+    monkeypatch.setattr(planner, "REPAIRS", CHAIN)
+    model, told = faults(with_flat(bent(), np.random.default_rng(0))), []
+    repaired(
+        model, gate, lambda _, what: told.append(what), run_checks(model, Profile.EXTENDED, Stages(quiet))
+    )
+    assert any(what.endswith(", 1 finding") for what in told)
+    assert not any(what.endswith(", 1 findings") for what in told)

@@ -8,9 +8,8 @@ import pytest
 import trimesh
 
 from graben.cleaning.blocks import fault_blocks
-from graben.repairs import repair
 from tests.cleaning.clean_networks import clean_network
-from tests.cleaning.corruption import Case
+from tests.cleaning.corruption import Case, mended
 
 CASES = (
     Case("tee", ("fins", "holes"), 1),
@@ -21,8 +20,7 @@ CASES = (
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_pymeshlab_finds_one_manifold_sheet_with_one_rim(case: Case) -> None:
-    built = case.built()
-    for fault in repair(built.model, "paper").model.faults:
+    for fault in mended(case)[1].model.faults:
         measures = topology(fault.surface)
         assert measures["non_two_manifold_edges"] == 0
         assert measures["non_two_manifold_vertices"] == 0

@@ -17,7 +17,7 @@ from graben.formats.tsurf_writer import write_tsurf
 from graben.pipeline import check
 from graben.reading import read_model
 from graben.surface import Surface, boundary_edges
-from tests.test_cli import graben
+from tests.commands import graben
 from tests.zoo.shapes import F60
 
 #: Far from the origin, with more digits than 32 bits hold, and a last vertex that no face uses.

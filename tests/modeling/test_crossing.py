@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,6 +26,12 @@ def smeared(throw: float, level: float = 0.0) -> Height:
         return level - throw / 2 * np.tanh(x / 100.0) * taper
 
     return height
+
+
+@cache
+def thin_layer() -> tuple[Model, tuple[HorizonResult, ...]]:
+    """Two horizons 40 m apart with the same throw of 80 m."""
+    return modeled(smeared(80.0), smeared(80.0, -40.0))
 
 
 def modeled(*heights: Height, dip: float = 60.0) -> tuple[Model, tuple[HorizonResult, ...]]:
@@ -50,7 +57,7 @@ def lowered(result: HorizonResult, place: tuple[float, float], radius: float, by
 
 
 def test_horizons_that_keep_their_distance_do_not_cross() -> None:
-    model, horizons = modeled(smeared(80.0), smeared(80.0, -40.0))
+    model, horizons = thin_layer()
     assert found(model, horizons) == ()
 
 
@@ -64,7 +71,7 @@ def test_a_throw_wider_than_the_layer_is_no_crossing(dip: float) -> None:
 
 
 def test_places_and_depths_are_those_of_the_crossing() -> None:
-    model, (upper, lower) = modeled(smeared(80.0), smeared(80.0, -40.0))
+    model, (upper, lower) = thin_layer()
     bent = lowered(lowered(upper, (250.0, 700.0), 130.0, 55.0), (-250.0, -600.0), 130.0, 47.0)
     for order in ((bent, lower), (lower, bent)):
         (crossing,) = found(model, order)
@@ -90,7 +97,7 @@ def test_a_throw_that_dies_out_downwards_crosses_near_the_fault() -> None:
 
 
 def test_found_in_any_frame() -> None:
-    model, (upper, lower) = modeled(smeared(80.0), smeared(80.0, -40.0))
+    model, (upper, lower) = thin_layer()
     far = np.array([432_000.0, 6_780_000.0, -1500.0])
     here = found(model, (lowered(upper, (250.0, 700.0), 130.0, 55.0), lower))[0]
     bent = lowered(upper, (250.0, 700.0), 130.0, 55.0).moved(far)

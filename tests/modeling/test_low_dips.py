@@ -111,7 +111,7 @@ def test_horizon_along_its_fault_converges(how: dict[str, float]) -> None:
 
 def test_gamma_below_half_the_heave_is_said_to_be_too_narrow() -> None:
     """The lips lie outside the zone, where nothing moves: no step is valid, and type 1 says what to do."""
-    geology, model = dipping(12.0, -0.1)
+    geology, model = dipping(12.0, -0.1, step=200.0)
     gamma = half_heave(geology) - SMEAR
     narrow = replace(model, parameters=model.parameters.model_copy(update={"gamma": gamma}))
     (horizon,) = build(narrow, mend=False).horizons

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from graben.arrays import FloatArray, floats
-from graben.model import Fault, Model
+from graben.model import Fault, Horizon, Model
 from graben.modeling.picks import _wide_planes
 from graben.modeling.quality import Doubt
 from graben.pipeline import build
@@ -30,12 +31,17 @@ def relief(xy: FloatArray) -> FloatArray:
 
 def sparse_model(gamma: float, smear: float, seed: int = 0, spacing: float = 70.0) -> Model:
     """A fault 60 degrees steep through sparse picks, smeared over so much to either side."""
+    model = model_of(sparse_horizon(smear, seed, spacing), FAULT)
+    return replace(model, parameters=model.parameters.model_copy(update={"gamma": gamma}))
+
+
+@cache
+def sparse_horizon(smear: float, seed: int, spacing: float) -> Horizon:
     xy = np.random.default_rng(seed).uniform(-1500.0, 1500.0, (int((3000.0 / spacing) ** 2), 2))
     share = np.clip(xy[:, 0] / max(smear, 1e-9), -1.0, 1.0)
     gap = np.abs(xy[:, 0]) < HEAVE / 2 if smear == 0.0 else np.zeros(len(xy), dtype=bool)
     picks = np.column_stack([xy, relief(xy) - 0.5 * THROW * share])[~gap]
-    model = model_of(horizon_of(floats(picks)), FAULT)
-    return replace(model, parameters=model.parameters.model_copy(update={"gamma": gamma}))
+    return horizon_of(floats(picks))
 
 
 def trusted(model: Model) -> bool:

@@ -177,6 +177,12 @@ def scored(model: Model, truth: Path) -> Score:
     return found
 
 
+@cache
+def grid_score(name: str, folder: str) -> Score:
+    """Return the score of a demo model on a grid of 200 m."""
+    return scored(model_of_demo(build(name, step=200.0)), made(name, folder))
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(tmp_path_factory.mktemp("truth"))
@@ -201,7 +207,7 @@ def from_points(name: str, pattern: str, noise: float = 0.0, seed: int = 0) -> M
 )
 def test_points_do_as_well_as_a_grid_of_their_step(name: str, pattern: str, folder: str) -> None:
     truth = made(name, folder)
-    grid = scored(model_of_demo(build(name, step=200.0)), truth)
+    grid = grid_score(name, folder)
     points = scored(from_points(name, pattern), truth)
     assert points.cutoff.value <= 1.5 * grid.cutoff.value
     assert points.throw.value <= 1.5 * grid.throw.value
