@@ -17,7 +17,6 @@ is the zone not so wide that the bend changes inside it?
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,13 +24,10 @@ from scipy.spatial import cKDTree
 
 from graben.arrays import BoolArray, FloatArray, IntArray
 from graben.cutgraph import CutGraph
-from graben.model import Horizon
 from graben.modeling.algebra import Backend
 from graben.modeling.cubics import Nodes, quadratic, thinned
 from graben.modeling.energy import EdgePattern, dirichlet
 from graben.modeling.noise import rings
-from graben.modeling.side_by_side import usable_cores, worked
-from graben.validators.measuring.smear import smear_width
 
 #: Radius of the fits, in gammas, and at most in standard widths of the smear, but never less than so many
 #: gammas; and where the zone of the hold-out ends, in gammas.
@@ -54,8 +50,6 @@ _WIDTHS = (2.25, 2.75, 5.0, 6.0)
 _FIRM = (0.3, 0.5)
 #: A bend that lifts the cut by less than this share of the tolerance is none.
 _LEAST_LIFT = 0.01
-#: Nodes of the horizon times faults whose smear takes longer to measure than a process to start.
-_WORTH_A_PROCESS = 1e7
 #: Fits whose K a node of the rim takes over, by inverse square distance, and what is added to that, in radii.
 _NEAREST, _SOFT = 4, 0.01
 
@@ -102,40 +96,40 @@ class _Traces:
 
 
 def bend_at_rim(
-    horizon: Horizon,
     graph: CutGraph,
     points: FloatArray,
     triangles: IntArray,
     labels: IntArray,
     unknown: BoolArray,
-    gammas: Mapping[int, float],
+    gammas: FloatArray,
+    widths: FloatArray,
     tolerance: float,
 ) -> FloatArray:
     """Return K_xx, K_xy, K_yy of the horizon at the fixed nodes beside the zone, (n, 3), 0 at all others.
 
     Parameters
     ----------
-    horizon, graph : Horizon, CutGraph
-        The input.
+    graph : CutGraph
+        The cut graph.
     points : (n, 3) array
         Nodes of the cut mesh on the input horizon, model units.
     triangles, labels : (m, 3), (n,) arrays
         Of the cut mesh, and the subdomain of each node, -1 for none.
     unknown : (n,) bool array
         Nodes of the zone.
-    gammas : mapping
-        gamma of each fault of the graph, model units.
+    gammas, widths : (f,) arrays
+        gamma of each fault in ``np.unique(graph.faults)``, and the standard width of the smear along it, 0
+        where none is seen, model units.
     tolerance : float
         Of the elevations, model units.
     """
     bend = np.zeros((len(points), 3))
-    widths = _widths(horizon, graph, gammas)
     if not unknown.any() or not widths.any():
         return bend
-    traces = _Traces.of(points, graph, np.array([gammas[f] for f in sorted(gammas)]), widths)
+    traces = _Traces.of(points, graph, gammas, widths)
     rim = np.flatnonzero(_beside(triangles, unknown) & (labels >= 0))
     rim = rim[traces.trusted(rim) > 0]
-    reach = _RADIUS * max(gammas.values())
+    reach = _RADIUS * float(gammas.max())
     # The first ring around the zone is not the input's own.
     known = ~unknown & (labels >= 0)
     nodes = Nodes.of(points, labels, traces.away, known & traces.clear & ~_beside(triangles, unknown), reach)
@@ -166,18 +160,6 @@ def carried(
     result = bend.copy()
     result[inner] = backend.analyse(own).factor(own).solve(-(rows[:, outer] @ bend[outer]))
     return result
-
-
-def _widths(horizon: Horizon, graph: CutGraph, gammas: Mapping[int, float]) -> FloatArray:
-    """Return the standard width of the smear along each fault, (f,), model units; 0 where none is seen."""
-    faults = sorted(gammas)
-
-    def width(place: int) -> float:
-        smear = smear_width(horizon, graph, faults[place], gammas)
-        return 0.0 if smear is None else smear.standard
-
-    each = float(len(horizon.surface.vertices))
-    return np.array(worked(width, [each] * len(faults), usable_cores(), _WORTH_A_PROCESS))
 
 
 def _beside(triangles: IntArray, start: BoolArray) -> BoolArray:

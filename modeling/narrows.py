@@ -2,8 +2,12 @@
 
 Between two faults less than 2 gamma apart no node is reliable, and the extrapolation from the nearest that
 are may go over kilometres: the strip then hangs on its ends alone, while seismic shows its middle. A strip
-that is a subdomain of its own has the same need, and the same answer serves both: gamma is half of what
-there is room for.
+that is a subdomain of its own has the same need, and the same answer serves both: gamma is reduced to what
+there is room for: to the reach of the smear where one is seen, else to half.
+
+Wedges between faults that reliable nodes are nearer to are left alone. To hold what lies beyond the smear of
+each of their faults was tried: on two faults that cross at 30 degrees it took the cutoff error from 6.5 to
+3.0 % of the throw, but at junctions, where smears add up, from below 4 to 5 to 10 %.
 """
 
 from __future__ import annotations
@@ -25,10 +29,13 @@ from graben.surface import edge_table
 #: Reliable nodes further than so many gammas do not serve: an extrapolation errs with the square of its
 #: length, here sixteen times as much as over gamma.
 _FAR = 4.0
+#: Standard widths up to which the smear reaches: beyond, less than 1 % of a step is left.
+_CLEAR = 2.5
 #: Gamma is not reduced below this many steps: a lip needs a node of the mesh between it and the nodes held.
 _LEAST = 1.0
-#: The part of the room between faults that gamma becomes.
-_SHARE = 0.5
+#: The part of the room between faults that gamma becomes: half where no smear is seen, and what is beyond the
+#: smear where one is, but not less and not more than so much.
+_SHARES = (0.5, 0.85)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,16 +64,21 @@ class Narrow:
         told = f"Between the cuts of {between} the horizon is {wide}, and within gamma of them all along: "
         if len(self.held) == 0:
             return told + "nothing tells its elevation there, and the throws are a guess. Use a smaller step."
-        return told + "gamma is half of what there is room for there."
+        return told + "gamma is reduced to what there is room for there."
 
 
 def narrows(
-    graph: CutGraph, points: FloatArray, triangles: IntArray, gammas: FloatArray, step: float
+    graph: CutGraph,
+    points: FloatArray,
+    triangles: IntArray,
+    gammas: FloatArray,
+    widths: FloatArray,
+    step: float,
 ) -> list[Narrow]:
     """Return the thin parts of a cut horizon that reliable nodes are far from, with what to hold in them.
 
     A node is in a thin part where no disc free of cuts that contains it has room for nodes beyond gamma and
-    one step. There gamma becomes half the distance of the node that lies furthest from the cuts.
+    one step. There gamma becomes a part of the distance of the node that lies furthest from the cuts.
 
     Parameters
     ----------
@@ -76,8 +88,9 @@ def narrows(
         The copies of the nodes.
     triangles : (m, 3) array
         Of copies.
-    gammas : (f,) array
-        gamma of each fault in ``np.unique(graph.faults)``, model units.
+    gammas, widths : (f,) arrays
+        gamma of each fault in ``np.unique(graph.faults)``, and the standard width of the smear along it, 0
+        where none is seen, model units.
     step : float
         Model units.
     """
@@ -108,13 +121,22 @@ def narrows(
                 continue
             near = np.unique(graph.faults[nearest[mine]])
             room = float(min(away[mine].max(), widest))
-            found.append(Narrow(_held(mine, away, reliable, room, step), 2.0 * room, near))
+            smeared = away[mine] - _beyond_smear(plan[mine], graph, widths)
+            low, high = (share * room for share in _SHARES)
+            least = np.maximum(np.clip(smeared, low, high), _LEAST * step)
+            held = mine[reliable[mine] | (away[mine] > least)]
+            found.append(Narrow(held, 2.0 * room, near))
     return found
 
 
-def _held(mine: IntArray, away: FloatArray, reliable: BoolArray, room: float, step: float) -> IntArray:
-    """Return which nodes of a part hold when gamma becomes half of the ``room`` in it."""
-    return mine[reliable[mine] | (away[mine] > max(_SHARE * room, _LEAST * step))]
+def _beyond_smear(plan: FloatArray, graph: CutGraph, widths: FloatArray) -> FloatArray:
+    """Return how far nodes (n, 2) lie beyond the smear of every fault, (n,); inf where none is seen.
+
+    A fault whose smear is not seen is taken for smeared as wide as the widest.
+    """
+    if not widths.any():
+        return np.full(len(plan), np.inf)
+    return outside(plan, graph, _CLEAR * np.where(widths > 0, widths, widths.max()))
 
 
 def _parts_with(chosen: BoolArray, wanted: BoolArray, edges: IntArray) -> IntArray:

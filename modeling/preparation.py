@@ -18,6 +18,7 @@ from graben.modeling.narrows import narrows
 from graben.modeling.noise import fitted, smoothing
 from graben.modeling.picks import NodeData, node_data
 from graben.modeling.refitting import refitted
+from graben.modeling.smears import smear_widths
 from graben.modeling.triangulation import PlanMesh, triangulated
 from graben.proximity import Nearest, PlanIndex, boxes, nearest
 from graben.surface import boundary_edges
@@ -95,7 +96,9 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
     distance, unknown, block = _zones(graph, mesh, cut, faults, gammas)
     labels = cut.node_labels
     unknown &= labels >= 0
-    thin = narrows(graph, mesh.points[cut.origin], cut.triangles, gammas, horizon.step)
+    # Smeared is what was given; a fit to picks beside the zone will change nothing of that.
+    widths = smear_widths(horizon, graph, dict(zip(faults.tolist(), gammas.tolist(), strict=True)))
+    thin = narrows(graph, mesh.points[cut.origin], cut.triangles, gammas, widths, horizon.step)
     for part in thin:
         unknown[part.held] = False
     anchors = []
@@ -125,20 +128,18 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
         anchors.append(anchor)
     surfaces = [model.faults[f].surface for f in faults]
     data = node_data(horizon.picks, graph, surfaces, gammas, mesh.points[cut.origin, :2], block)
-    given = horizon
     horizon, mesh = refitted(horizon, mesh, cut, unknown, graph, data, model.unit)
     horizon, length = _denoised(model, horizon, mesh, cut, unknown, graph)
     bend = np.zeros((len(cut.origin), 3))
     if model.parameters.theta > 0:
-        # Smeared is what was given; a fit to picks beside the zone has changed nothing of that.
         bend = bend_at_rim(
-            given,
             graph,
             mesh.points[cut.origin],
             cut.triangles,
             labels,
             unknown,
-            dict(zip(faults.tolist(), gammas.tolist(), strict=True)),
+            gammas,
+            widths,
             model.tolerance,
         )
     return CutHorizon(

@@ -137,7 +137,7 @@ def plate(half: float, end: float = 1500.0) -> tuple[CutGraph, np.ndarray, np.nd
 
 def test_strip_within_gamma_is_held_in_its_middle() -> None:
     graph, points, triangles = plate(350.0, 2000.0)
-    (narrow,) = narrows(graph, points, triangles, np.array([400.0, 400.0]), STEP)
+    (narrow,) = narrows(graph, points, triangles, np.array([400.0, 400.0]), np.zeros(2), STEP)
     held = points[narrow.held]
     assert (np.abs(held[:, 0]) <= 350.0 / 2 + STEP / 2).all()
     assert len(held) > 3 * 20
@@ -146,14 +146,29 @@ def test_strip_within_gamma_is_held_in_its_middle() -> None:
     assert "F1 and F2 the horizon is at most 6" in narrow.warning(["F1", "F2"], "m")
 
 
+@pytest.mark.parametrize(("width", "least"), [(60.0, 175.0), (80.0, 200.0), (100.0, 250.0), (200.0, 297.5)])
+def test_strip_is_held_beyond_the_smear(width: float, least: float) -> None:
+    """Between a half and 85 % of its room; a smear that is not seen is that of the other fault."""
+    graph, points, triangles = plate(350.0, 2000.0)
+    gammas = np.array([400.0, 400.0])
+    (narrow,) = narrows(graph, points, triangles, gammas, np.array([width, 0.0]), STEP)
+    away = 350.0 - np.abs(points[:, 0])
+    inside = np.flatnonzero((away > 0.0) & (np.abs(points[:, 1]) < 1500.0))
+    held = np.isin(inside, narrow.held)
+    room = away[inside].max() / 350.0
+    assert held.any()
+    assert away[inside[held]].min() > least * room - 1e-6
+    assert away[inside[~held]].max() < least + 1e-6
+
+
 @pytest.mark.parametrize("half", [600.0, 1000.0])
 def test_strip_with_reliable_nodes_is_left_alone(half: float) -> None:
     graph, points, triangles = plate(half)
-    assert narrows(graph, points, triangles, np.array([400.0, 400.0]), STEP) == []
+    assert narrows(graph, points, triangles, np.array([400.0, 400.0]), np.zeros(2), STEP) == []
 
 
 def test_strip_without_a_node_is_warned_of() -> None:
     graph, points, triangles = plate(20.0, 2400.0)
-    (narrow,) = narrows(graph, points, triangles, np.array([400.0, 400.0]), STEP)
+    (narrow,) = narrows(graph, points, triangles, np.array([400.0, 400.0]), np.zeros(2), STEP)
     assert (len(narrow.held), narrow.width) == (0, 0.0)
     assert "the throws are a guess" in narrow.warning(["F1", "F2"], "m")
