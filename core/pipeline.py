@@ -257,7 +257,8 @@ def _with_doubts(horizons: Sequence[HorizonResult], model: Model) -> tuple[Horiz
     """Return the horizons with warnings of what is doubtful about them, and of where one crosses another."""
     found = crossings(horizons, [f.surface for f in model.faults], model.tolerance)
     crossed = [
-        replace(h, warnings=(*h.warnings, *(str(c) for c in found if c.upper == h.name))) for h in horizons
+        replace(h, warnings=(*h.warnings, *(c.warning(model.unit) for c in found if c.upper == h.name)))
+        for h in horizons
     ]
     return tuple(judged(h, model) for h in crossed)
 

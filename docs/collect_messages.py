@@ -110,7 +110,7 @@ WARNED: dict[str, tuple[str, ...]] = {
     "core/reading.py": ("_horizon_of_grid", "_horizon_of_points", "_unfit_note"),
     "core/stages.py": ("graph",),
     "modeling/advice.py": ("_restless", "_short", "_what"),
-    "modeling/crossing.py": ("__str__",),
+    "modeling/crossing.py": ("warning",),
     "modeling/filling.py": ("filled",),
     "modeling/fitting.py": ("_note",),
     "modeling/narrows.py": ("warning",),

@@ -44,12 +44,13 @@ class Crossing:
     places: FloatArray
     depths: FloatArray
 
-    def __str__(self) -> str:
-        count = len(self.depths)
+    def warning(self, unit: str) -> str:
+        """Return what crosses and what to do, in a sentence; ``unit`` is the model's."""
         x, y, _ = self.places[0]
-        places = plural(count, "place")
+        places = plural(len(self.depths), "place")
+        depth = f"{self.depths[0]:.3g}" if unit == "none" else f"{self.depths[0]:.3g} {unit}"
         return (
-            f"{self.upper} lies below {self.lower} in {places} once rebuilt, by up to {self.depths[0]:.4g} "
+            f"{self.upper} lies below {self.lower} in {places} once rebuilt, by up to {depth} "
             f"at x {x:.7g}, y {y:.7g}: lower gamma there, or look at the fault between them."
         )
 

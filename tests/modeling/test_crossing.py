@@ -80,7 +80,7 @@ def test_places_and_depths_are_those_of_the_crossing() -> None:
         assert crossing.places[:, :2] == pytest.approx(
             np.array([[250.0, 700.0], [-250.0, -600.0]]), abs=150.0
         )
-        assert "H0 lies below H1 in 2 places once rebuilt, by up to 1" in str(crossing)
+        assert "H0 lies below H1 in 2 places once rebuilt, by up to 1" in crossing.warning("m")
 
 
 def test_a_throw_that_dies_out_downwards_crosses_near_the_fault() -> None:
