@@ -252,11 +252,14 @@ class _Local:
         surface = self.result.surface
         point, triangle, z = _over(points[:, :2], surface)
         own = np.ones(len(point), dtype=bool)
+        place = np.full(len(self.points), -1)
+        place[chosen] = np.arange(len(chosen))
         for k, fault in enumerate(self.surfaces):
-            sides = np.zeros(len(self.points), dtype=np.int64)
-            close = self.within(k)
-            sides[close] = _side(self.points[close], fault)
-            side = sides[chosen][point]
+            close = place[self.within(k)]
+            close = close[close >= 0]
+            sides = np.zeros(len(chosen), dtype=np.int8)
+            sides[close] = _side(points[close], fault)
+            side = sides[point]
             asked = np.flatnonzero(side)
             # A triangle whose nodes all lie on the other side is one across the fault.
             block = self.result.block[:, k][surface.triangles[triangle[asked]]]

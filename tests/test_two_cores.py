@@ -15,10 +15,11 @@ from graben import beside as copies
 from graben.arrays import floats
 from graben.beside import shared
 from graben.finding import Profile
-from graben.modeling import misfit, zone
+from graben.modeling import misfit, problems, zone
 from graben.modeling.misfit import misfit_of
 from graben.modeling.tracing import cut_graph
 from graben.modeling.triangulation import triangulated
+from graben.pipeline import build
 from graben.refinement import refined
 from graben.reports import images, run_figures, writing
 from graben.reports.figures import throw_figure
@@ -158,6 +159,16 @@ def test_a_horizon_is_triangulated_the_same(monkeypatch):
     made = triangulated(*given)
     np.testing.assert_array_equal(made.points, plain.points)
     np.testing.assert_array_equal(made.triangles, plain.triangles)
+
+
+def test_a_horizon_is_rebuilt_the_same(monkeypatch):
+    model = model_of(grid_horizon(lambda x, y: 0.02 * x), plane_fault((0.0, -800.0), (200.0, 900.0)))
+    (plain,) = build(model, mend=False).horizons
+    monkeypatch.setattr(problems, "_WORTH", 0)
+    (made,) = build(model, mend=False).horizons
+    np.testing.assert_array_equal(made.surface.vertices, plain.surface.vertices)
+    np.testing.assert_array_equal(made.surface.triangles, plain.surface.triangles)
+    assert len(made.cutoffs) == 1
 
 
 def test_the_folder_of_a_run_holds_the_same_bytes(monkeypatch, tmp_path):
