@@ -17,7 +17,7 @@ from graben.modeling.algebra import Backend
 from graben.modeling.deformation import Deformation
 from graben.modeling.energy import Block, EdgePattern, system
 from graben.modeling.guides import Guides
-from graben.modeling.moves import valid_move
+from graben.modeling.moves import last_move, valid_move
 from graben.modeling.picks import NodeData
 from graben.modeling.remeshing import Remeshed, shapes
 from graben.modeling.repeated import Repeated
@@ -225,8 +225,7 @@ def _approached(problem: Problem, backend: Backend, max_iterations: int, acceler
         history.append(float(np.abs(image - before).max()))
         away = np.maximum(np.abs(image - before), np.abs(image - z))
         course.append(float(away.max()))
-        excess = problem.guides.excess(image)
-        worst, amount = int(np.argmax(away)), course[-1]
+        excess, worst, amount = problem.guides.excess(image), int(np.argmax(away)), course[-1]
         folded = course[-1] < tolerance and problem.arms.folded(problem.guides, z)
         if course[-1] < tolerance and not folded:
             ended, worst, amount = TerminationType.CONVERGED, -1, 0.0
@@ -237,7 +236,11 @@ def _approached(problem: Problem, backend: Backend, max_iterations: int, acceler
             ahead = _ahead(problem, points, values, z, image) if accelerated and not stop else image
             target = problem.guides.clipped(image if stop else mixer.following(z, ahead))
         with clock("deform"):
-            move = valid_move(problem, z, target, image, backend, patient=not shortened, folded=folded)
+            at_rest = ended is TerminationType.CONVERGED and not shortened
+            last = last_move(problem, points, target) if at_rest else None
+            move = last or valid_move(
+                problem, z, target, image, backend, patient=not shortened, folded=folded
+            )
         shortened = move.z is not target and not move.spaced
         displacement = float(np.hypot(*(move.points[move.problem.cut] - points[problem.cut]).T).mean())
         deviation = float(np.abs(image - before).mean())

@@ -50,6 +50,18 @@ class Move:
         return np.asarray((area < self.problem.least_areas) | (area < _FLATTEST * longest), dtype=bool)
 
 
+def last_move(problem: Problem, points: FloatArray, z: FloatArray) -> Move | None:
+    """Return the move of the cut nodes alone, from a mesh (n, 2) to elevations ``z`` (c,) that it almost has.
+
+    At the end they move by less than the tolerance: the rest of the mesh need not follow. None where a
+    triangle would turn over for all that.
+    """
+    moved = points.copy()
+    moved[problem.cut] = problem.guides.places(z)
+    move = Move(moved, z, problem)
+    return None if move.flat.any() else move
+
+
 def valid_move(
     problem: Problem,
     z: FloatArray,

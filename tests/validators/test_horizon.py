@@ -311,9 +311,9 @@ def test_picks_on_both_lips_are_not_smeared():
 def test_the_gamma_that_is_advised_is_enough():
     made = model(lambda x, y: faulted(x, y, 80.0))
     found = finding(made)
-    assert found.remedy == "Set gamma of F to at least 140 m."
-    assert found.worst.value == pytest.approx(1.645 * 80.0, rel=0.1)
-    assert finding(replace(made, parameters=made.parameters.model_copy(update={"gamma": 140.0}))).count == 0
+    assert found.remedy == "Set gamma of F to at least 230 m."
+    assert found.worst.value == pytest.approx(2.25 * 80.0, rel=0.1)
+    assert finding(replace(made, parameters=made.parameters.model_copy(update={"gamma": 230.0}))).count == 0
 
 
 # -- together
