@@ -37,7 +37,7 @@ check: install   ## ruff, mypy --strict, import-linter
 	$(BIN)/lint-imports
 
 test: check      ## everything CI runs: check, doctests, tests
-	$(BIN)/python -m pytest -q -n 2 --doctest-modules --pyargs graben tests
+	$(BIN)/python -m pytest -q -n 2 --dist worksteal --doctest-modules --pyargs graben tests
 
 bench: install   ## long benchmarks, into build/bench
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --no-build-isolation \

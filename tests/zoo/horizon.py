@@ -134,5 +134,5 @@ PASSING: tuple[Case, ...] = (
     _passes("picks on both lips", model(faulted, picks=sharp_picks())),
     _passes("picks that are smeared", model(faulted, picks=smeared_picks(40.0))),
     _passes("picks of much noise", model(faulted, picks=sharp_picks(noise=15.0))),
-    _passes("smear narrower than gamma", model(lambda x, y: faulted(x, y, 50.0))),
+    _passes("smear narrower than gamma", model(lambda x, y: faulted(x, y, 40.0))),
 )
