@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
-from graben.arrays import BoolArray, FloatArray, IntArray, floats, ints
+from graben.arrays import FloatArray, IntArray, ints
 from graben.errors import ModelingError
+from graben.modeling.assembly import add_jumps, add_slopes, fill
 from graben.modeling.hinges import Hinges
 from graben.surface import edge_table
 
@@ -42,39 +43,34 @@ class EdgePattern:
         Node indices, consistently oriented.
     edges : (e, 2) array
         Node indices of all edges, the smaller first.
-    sides : (m, 3) array
-        Edge opposite to each corner of each triangle.
-    corners : (3, m) array
-        The triangles once more, in the order of their least nodes.
-    hinges : Hinges
-        The q edges with two of these triangles.
     edge_slots : (e,) array
         Number of each edge among the off-diagonal pairs of A.
-    tip_slots : (q,) array
-        The same of the pair kl of each hinge.
+    side_slots : (m, 3) array
+        The same of the side opposite to each corner of each triangle.
+    hinges, hinge_slots : (q, 4) and (q, 6) arrays
+        Nodes i, j, k, l of each edge ij with two triangles, and the numbers of ij, ik, jk, il, jl and kl.
     pair_count : int
         Number p of off-diagonal pairs of A.
     indptr, indices : (n + 1,) and (n + 2 p,) arrays
-        The pattern of A, compressed by columns, row indices ascending, int32.
-    source : (n + 2 p,) array
-        For each entry of A the index of its value in (diagonal, off-diagonal pairs).
+        The pattern of A, compressed by columns, row indices ascending.
+    pairs_at : (2, p) array
+        Where in those entries each pair stands, below and above the diagonal.
     diagonal_at : (n,) array
-        Where in those entries the diagonal stands.
+        Where the diagonal stands.
     """
 
     node_count: int
     triangles: IntArray
     edges: IntArray
-    sides: IntArray
-    corners: IntArray
-    hinges: Hinges
     edge_slots: IntArray
-    tip_slots: IntArray
+    side_slots: Int32Array
+    hinges: Int32Array
+    hinge_slots: Int32Array
     pair_count: int
     indptr: Int32Array
     indices: Int32Array
-    source: IntArray
-    diagonal_at: IntArray
+    pairs_at: Int32Array
+    diagonal_at: Int32Array
 
     @staticmethod
     def of(triangles: IntArray, node_count: int) -> EdgePattern:
@@ -86,43 +82,42 @@ class EdgePattern:
             When an edge has more than two triangles.
         """
         triangles = ints(triangles, -1, 3)
-        # Triangles in the order of their nodes, for which all that is looked up lies close by in memory.
-        order = np.argsort(np.minimum.reduce([*triangles.T]), kind="stable")
-        ordered = ints(triangles[order])
-        edges, ordered_sides = edge_table(ordered)
-        sides = np.empty_like(ordered_sides)
-        sides[order] = ordered_sides
-        hinges = Hinges.of(ordered, edges, ordered_sides)
+        edges, sides = edge_table(triangles)
+        hinges = Hinges.of(triangles, edges, sides)
         # Of the six pairs of a hinge five are edges, known already; only the pair of its tips is looked up.
-        keys = [edges[:, 0] * node_count + edges[:, 1]]
-        keys.append(hinges.nodes[2:].min(axis=0) * node_count + hinges.nodes[2:].max(axis=0))
-        pairs, slots = _numbered(np.concatenate(keys))
+        tips = np.sort(hinges.nodes[:, 2:], axis=1)
+        keys = np.concatenate([edges, tips]) @ [node_count, 1]
+        pairs, slots = _numbered(keys)
+        edge_slots = slots[: len(edges)]
+        hinge_slots = np.concatenate([edge_slots[hinges.edges], slots[len(edges) :, None]], axis=1)
         indptr, indices, source = _columns(pairs // node_count, pairs % node_count, node_count)
+        at = np.argsort(source, kind="stable")
         return EdgePattern(
             node_count=node_count,
             triangles=triangles,
             edges=edges,
-            sides=ints(sides),
-            corners=ints(np.ascontiguousarray(ordered.T)),
-            hinges=hinges,
-            edge_slots=ints(slots[: len(edges)]),
-            tip_slots=ints(slots[len(edges) :]),
+            edge_slots=ints(edge_slots),
+            side_slots=_int32(edge_slots[sides]),
+            hinges=_int32(hinges.nodes),
+            hinge_slots=_int32(hinge_slots),
             pair_count=len(pairs),
-            indptr=indptr,
-            indices=indices,
-            source=source,
-            diagonal_at=ints(np.flatnonzero(source < node_count)),
+            indptr=_int32(indptr),
+            indices=_int32(indices),
+            pairs_at=_int32(at[node_count:].reshape(-1, 2).T),
+            diagonal_at=_int32(at[:node_count]),
         )
 
     def matrix(self, diagonal: FloatArray, pairs: FloatArray) -> csc_array:
         """Return the symmetric matrix with these values, shapes (n,) and (p,), in the pattern of A."""
-        return self._filled(np.concatenate([diagonal, pairs])[self.source])
+        data = np.empty(len(self.indices))
+        data[self.diagonal_at] = diagonal
+        data[self.pairs_at] = pairs
+        return self._filled(data)
 
     def matrix_without_constants(self, pairs: FloatArray) -> csc_array:
         """Return the same whose diagonal makes its product with a constant zero."""
-        data = np.concatenate([np.zeros(self.node_count), pairs])[self.source]
-        # Each column holds its diagonal, so that none is empty.
-        data[self.diagonal_at] = -np.add.reduceat(data, self.indptr[:-1]) if len(data) else 0.0
+        data = np.empty(len(self.indices))
+        fill(self.indptr, self.pairs_at, self.diagonal_at, pairs, data)
         return self._filled(data)
 
     def _filled(self, data: FloatArray) -> csc_array:
@@ -147,7 +142,7 @@ class Block:
     @staticmethod
     def of(pattern: EdgePattern, rows: IntArray, columns: IntArray) -> Block:
         """Return the block of the given rows and columns (node indices) of every A of this pattern."""
-        count = np.arange(len(pattern.source), dtype=np.float64)
+        count = np.arange(len(pattern.indices), dtype=np.float64)
         numbers = csc_array(
             (count, pattern.indices.copy(), pattern.indptr.copy()), shape=(pattern.node_count,) * 2
         )
@@ -162,49 +157,6 @@ class Block:
         result = csc_array((matrix.data[self.entries], part.indices, part.indptr), shape=part.shape)
         result.has_canonical_format = True
         return result
-
-
-def hinge_coefficients(points: FloatArray, pattern: EdgePattern) -> tuple[FloatArray, FloatArray]:
-    """Return the gap d_e of each hinge as four coefficients, and its weight c_e in E_H.
-
-    The lines ij and kl cross at X = (1-t) P_i + t P_j = (1-s) P_k + s P_l, and
-    d_e(u) = (1-t) u_i + t u_j - (1-s) u_k - s u_l; with h_k, h_l the distances of P_k, P_l from line ij,
-    c_e = 3 |e| / (h_k + h_l) ((h_k + h_l) / (h_k h_l))^2.
-
-    Parameters
-    ----------
-    points : (n, 2) array
-        Node positions in plan, model units.
-    pattern : EdgePattern
-        The triangulation.
-
-    Returns
-    -------
-    coefficients : (q, 4) array
-        Of u_i, u_j, u_k, u_l, without unit.
-    weights : (q,) array
-        c_e, one over square model units.
-
-    Raises
-    ------
-    ModelingError
-        When a triangle has no area or is turned over against the others.
-    """
-    cotangents, doubled = _cotangents(points, pattern)
-    gaps, weights = _jumps(cotangents, doubled, pattern)
-    # The jump of slope times |e| is d_e |e| (h_k + h_l) / (h_k h_l), and the coefficients of k and l in d_e
-    # sum to -1.
-    scale = -1.0 / (gaps[2] + gaps[3])
-    return floats(np.stack([gap * scale for gap in gaps], axis=1)), floats(weights / scale**2)
-
-
-def cotangent_weights(points: FloatArray, pattern: EdgePattern) -> FloatArray:
-    """Return the weight w_e = (cot a_k + cot a_l) / 2 of each edge, shape (e,), without unit.
-
-    a_k, a_l are the angles opposite to the edge; an edge with one triangle has one of them. Raises
-    ModelingError as :func:`hinge_coefficients` does. ``points``: (n, 2), model units.
-    """
-    return floats(_edge_weights(_cotangents(points, pattern)[0], pattern))
 
 
 def assemble(points: FloatArray, pattern: EdgePattern, theta: float, length: float) -> csc_array:
@@ -249,46 +201,23 @@ def system(
     bend : (n, 3) array, optional
         K_xx, K_xy and K_yy, one over model units; a hinge has the mean of its edge's two nodes.
     """
-    cotangents, doubled = _cotangents(points, pattern)
-    own = np.zeros(len(pattern.edges))
-    pairs = np.zeros(pattern.pair_count)
-    load = np.zeros(len(points))
-    if theta < 1.0:
-        own -= (1.0 - theta) * _edge_weights(cotangents, pattern)
-    if theta > 0.0:
-        (i, j, k, ell), weights = _jumps(cotangents, doubled, pattern)
-        weights *= theta * length**2
-        if bend is not None:
-            load = _bent_load(points, pattern, bend, [i, j, k, ell], weights)
-        at_i, at_j = weights * i, weights * j
-        rims = np.concatenate([at_i * k, at_j * k, at_i * ell, at_j * ell, [0.0]])
-        own[pattern.hinges.edges] += at_i * j
-        for rim in pattern.hinges.rims:
-            own += rims[rim]
-        pairs += np.bincount(pattern.tip_slots, weights * k * ell, minlength=len(pairs))
-    pairs[pattern.edge_slots] += own
+    pairs, load = _pairs(points, pattern, theta, length, bend)
     return pattern.matrix_without_constants(pairs), load
 
 
-def _bent_load(
-    points: FloatArray, pattern: EdgePattern, bend: FloatArray, jumps: list[FloatArray], weights: FloatArray
-) -> FloatArray:
-    """Return the load of :func:`system`; ``jumps`` and ``weights`` as of ``_jumps``, times theta l^2."""
-    nodes = pattern.hinges.nodes
+def _pairs(
+    points: FloatArray, pattern: EdgePattern, theta: float, length: float, bend: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return the off-diagonal values of A, (p,), and the load; parameters as of :func:`system`."""
     x, y = (np.ascontiguousarray(column) for column in points.T)
-    xx, xy, yy = (column[nodes[0]] + column[nodes[1]] for column in np.ascontiguousarray(0.5 * bend.T))
-    xx, yy = 0.5 * xx, 0.5 * yy
-    # A jump knows no planes, so that 1/2 P^T K P may be counted from node i.
-    from_x, from_y = x[nodes[0]], y[nodes[0]]
-    pull = np.zeros(len(weights))
-    for node, jump in zip(nodes[1:], jumps[1:], strict=True):
-        dx, dy = x[node] - from_x, y[node] - from_y
-        pull += jump * (dx * (xx * dx + xy * dy) + yy * dy * dy)
-    pull *= weights
-    load = np.zeros(len(points))
-    for node, jump in zip(nodes, jumps, strict=True):
-        load += np.bincount(node, pull * jump, minlength=len(load))
-    return load
+    pairs, load = np.zeros(pattern.pair_count), np.zeros(pattern.node_count)
+    if add_slopes(x, y, pattern.triangles, pattern.side_slots, 1.0 - theta, pairs) > 0:
+        raise _unfit(points, pattern)
+    if theta > 0.0:
+        bent = np.zeros((3, 0)) if bend is None else np.ascontiguousarray(bend.T)
+        scale = theta * length**2
+        add_jumps(x, y, pattern.hinges, pattern.hinge_slots, scale, bent, pairs, load)
+    return pairs, load
 
 
 def dirichlet(points: FloatArray, pattern: EdgePattern) -> csc_array:
@@ -297,7 +226,8 @@ def dirichlet(points: FloatArray, pattern: EdgePattern) -> csc_array:
     ``points``: (n, 2), model units; the pattern is the same at each call. Raises ModelingError as
     :func:`assemble` does.
     """
-    weights = cotangent_weights(points, pattern)
+    # Those of the pairs that are no edges are zero.
+    weights = -_pairs(points, pattern, 0.0, 0.0)[0][pattern.edge_slots]
     a, b = pattern.edges.T
     diagonal = np.bincount(a, weights, minlength=pattern.node_count)
     diagonal += np.bincount(b, weights, minlength=pattern.node_count)
@@ -319,58 +249,32 @@ def _numbered(keys: IntArray) -> tuple[IntArray, IntArray]:
     return ordered[new], numbers
 
 
-def _columns(low: IntArray, high: IntArray, node_count: int) -> tuple[Int32Array, Int32Array, IntArray]:
-    """Return indptr, indices and source of the symmetric pattern with a full diagonal and these pairs."""
+def _columns(low: IntArray, high: IntArray, node_count: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the symmetric pattern with a full diagonal and these pairs: indptr, indices and source.
+
+    ``source`` tells which value stands where: 0 to n - 1 for the diagonal, then two in turn for each pair.
+    """
     nodes = np.arange(node_count)
-    rows = np.concatenate([nodes, low, high])
-    columns = np.concatenate([nodes, high, low])
-    values = np.concatenate([nodes, np.tile(node_count + np.arange(len(low)), 2)])
+    rows = np.concatenate([nodes, high, low])
+    columns = np.concatenate([nodes, low, high])
+    below = node_count + 2 * np.arange(len(low))
+    values = np.concatenate([nodes, below, below + 1])
     # By rows, then by columns: two countings, after which the row indices of each column ascend.
     numbers = coo_array((values, (rows, columns)), shape=(node_count,) * 2).tocsr().tocsc()
-    indptr, indices = numbers.indptr.astype(np.int32), numbers.indices.astype(np.int32)
-    indptr.flags.writeable = indices.flags.writeable = False
-    return indptr, indices, ints(numbers.data)
+    return ints(numbers.indptr), ints(numbers.indices), ints(numbers.data)
 
 
-def _cotangents(points: FloatArray, pattern: EdgePattern) -> tuple[FloatArray, FloatArray]:
-    """Return the cotangents of all angles, (3 m + 1,), the last 0 for the one a border lacks, and 2 areas."""
-    x, y = (np.ascontiguousarray(column) for column in points.T)
-    at_x, at_y = [x[c] for c in pattern.corners], [y[c] for c in pattern.corners]
-    # Sides opposite to each corner, all the same way round.
-    dx = [at_x[(c + 2) % 3] - at_x[(c + 1) % 3] for c in range(3)]
-    dy = [at_y[(c + 2) % 3] - at_y[(c + 1) % 3] for c in range(3)]
-    doubled = dx[0] * dy[1] - dx[1] * dy[0]
-    if doubled.sum() < 0:
-        doubled = -doubled
-    if not (doubled > 0).all():
-        raise _unfit(points, pattern, ~(doubled > 0))
-    cotangents = np.zeros(pattern.triangles.size + 1)
-    for c in range(3):
-        a, b = (c + 1) % 3, (c + 2) % 3
-        cotangents[c:-1:3] = -(dx[a] * dx[b] + dy[a] * dy[b]) / doubled
-    return cotangents, doubled
+def _int32(values: IntArray) -> Int32Array:
+    result = np.ascontiguousarray(values, dtype=np.int32)
+    result.flags.writeable = False
+    return result
 
 
-def _edge_weights(cotangents: FloatArray, pattern: EdgePattern) -> FloatArray:
-    first, second = pattern.hinges.opposite
-    return np.asarray(0.5 * (cotangents[first] + cotangents[second]), dtype=np.float64)
-
-
-def _jumps(
-    cotangents: FloatArray, doubled: FloatArray, pattern: EdgePattern
-) -> tuple[list[FloatArray], FloatArray]:
-    """Return |e| J_e of each hinge as coefficients of u_i, u_j, u_k, u_l, (q,) each, and its weight in E_H.
-
-    The slope across ij in the triangle ijk, times |e|, is cot_i (u_k - u_j) + cot_j (u_k - u_i). With
-    h = 2 area / |e| the weight 3 |e| / (h_k + h_l) / |e|^2 is 3 over the two doubled areas.
-    """
-    in_k_i, in_k_j, in_l_i, in_l_j = (cotangents[angle] for angle in pattern.hinges.angles)
-    weights = 3.0 / (doubled[pattern.hinges.faces[0]] + doubled[pattern.hinges.faces[1]])
-    return [-(in_k_j + in_l_j), -(in_k_i + in_l_i), in_k_i + in_k_j, in_l_i + in_l_j], weights
-
-
-def _unfit(points: FloatArray, pattern: EdgePattern, unfit: BoolArray) -> ModelingError:
-    x, y = points[pattern.corners[:, np.argmax(unfit)]].mean(axis=0)
+def _unfit(points: FloatArray, pattern: EdgePattern) -> ModelingError:
+    a, b, c = (points[pattern.triangles[:, k]] for k in range(3))
+    doubled = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    unfit = ~(doubled * np.sign(doubled.sum()) > 0.0)
+    x, y = points[pattern.triangles[np.argmax(unfit)]].mean(axis=0)
     return ModelingError(
         f"{np.count_nonzero(unfit)} of {len(unfit)} plan triangles have no area or are turned over, the "
         f"first at x {x:.6g}, y {y:.6g}."

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from graben.arrays import BoolArray, FloatArray, IntArray, floats
+from graben.compiled import compiled
 from graben.proximity import nearest
 from graben.surface import Surface, edge_sharing, edge_table
 
@@ -66,17 +67,7 @@ class Guides:
 
     def places(self, z: FloatArray) -> FloatArray:
         """Return the plan position of each node at elevation z, shape (n, 2); clipped at the ends."""
-        z = self.clipped(z)
-        levels = self.lines[:, :, 2]
-        last = levels.shape[1] - 1
-        if last == 0:
-            return self.lines[:, 0, :2].copy()
-        k = np.clip((levels <= z[:, None]).sum(axis=1) - 1, 0, last - 1)
-        rows = np.arange(len(z))
-        a, b = self.lines[rows, k], self.lines[rows, k + 1]
-        rise = b[:, 2] - a[:, 2]
-        share = np.where(rise > 0, (z - a[:, 2]) / np.where(rise > 0, rise, 1.0), 0.0)
-        return np.asarray(a[:, :2] + share[:, None] * (b[:, :2] - a[:, :2]), dtype=np.float64)
+        return self._followed(z)[:, :2]
 
     def tangents(self, upper: bool) -> FloatArray:
         """Return the direction of each guide at its upper or lower end, per unit of elevation, shape (n, 3).
@@ -104,23 +95,35 @@ class Guides:
 
         Zero for a guide that is one point.
         """
-        way = self._ways(z)
-        rise = np.where(way[:, 2:] > 0, way[:, 2:], 1.0)
-        return np.where(way[:, 2:] > 0, way[:, :2] / rise, 0.0)
+        return self._followed(z)[:, 2:]
 
-    def _ways(self, z: FloatArray) -> FloatArray:
-        """Return the part of each guide around elevation z as a vector, upwards, shape (n, 3)."""
-        levels = self.lines[:, :, 2]
-        last = levels.shape[1] - 1
-        if last == 0:
-            return np.zeros((len(z), 3))
-        k = np.clip((levels <= z[:, None]).sum(axis=1) - 1, 0, last - 1)
-        k = np.where(
-            levels[np.arange(len(z)), np.minimum(k + 1, last)] > levels[np.arange(len(z)), k], k, k - 1
-        )
-        rows = np.arange(len(z))
-        way = self.lines[rows, np.minimum(k + 1, last)] - self.lines[rows, np.maximum(k, 0)]
-        return np.asarray(way, dtype=np.float64)
+    def _followed(self, z: FloatArray) -> FloatArray:
+        """Return x and y at elevation z, and how far they go per unit of elevation, shape (n, 4)."""
+        result = np.empty((len(self.lines), 4))
+        _follow(self.lines, np.array(z, dtype=np.float64), result)
+        return result
+
+
+@compiled
+def _follow(lines: FloatArray, z: FloatArray, result: FloatArray) -> None:
+    """Write what :meth:`Guides._followed` returns."""
+    last = lines.shape[1] - 1
+    for n in range(len(lines)):
+        line = lines[n]
+        level = min(max(z[n], line[0, 2]), line[last, 2])
+        k = 0
+        while k < last - 1 and line[k + 1, 2] <= level:
+            k += 1
+        # At the upper end the part below it: where a line is padded, the last parts have no height.
+        while k > 0 and line[k + 1, 2] <= line[k, 2]:
+            k -= 1
+        end = min(k + 1, last)
+        rise = line[end, 2] - line[k, 2]
+        share = (level - line[k, 2]) / rise if rise > 0.0 else 0.0
+        for c in range(2):
+            way = line[end, c] - line[k, c]
+            result[n, c] = line[k, c] + share * way
+            result[n, 2 + c] = way / rise if rise > 0.0 else 0.0
 
 
 def branch(line: FloatArray, point: FloatArray, scale: float) -> FloatArray:

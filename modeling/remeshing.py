@@ -19,6 +19,7 @@ from scipy.sparse import coo_array, csr_array, vstack
 from scipy.sparse.csgraph import shortest_path
 
 from graben.arrays import BoolArray, FloatArray, IntArray, ints
+from graben.compiled import compiled
 from graben.refinement import component_labels
 from graben.surface import boundary_edges, edge_sharing, edge_table
 
@@ -96,13 +97,21 @@ def shapes(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatAr
     Both (m,), square model units; their ratio is about the height of a triangle over its longest side.
     ``points``: (n, 2), model units; ``triangles``: (m, 3).
     """
-    x, y = (np.ascontiguousarray(column) for column in points.T)
-    corners = np.ascontiguousarray(triangles.T)
-    at_x, at_y = ([column[corner] for corner in corners] for column in (x, y))
-    ways = [(at_x[k - 1] - at_x[k - 2], at_y[k - 1] - at_y[k - 2]) for k in range(3)]
-    doubled = ways[0][0] * ways[1][1] - ways[0][1] * ways[1][0]
-    first, second, third = (dx * dx + dy * dy for dx, dy in ways)
-    return doubled, np.maximum(np.maximum(first, second), third)
+    result = np.empty((2, len(triangles)))
+    _shape(np.array(points, dtype=np.float64), ints(triangles), result)
+    return result[0], result[1]
+
+
+@compiled
+def _shape(points: FloatArray, triangles: IntArray, result: FloatArray) -> None:
+    """Write what :func:`shapes` returns, (2, m)."""
+    for t in range(len(triangles)):
+        a, b, c = triangles[t]
+        b_x, b_y = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+        c_x, c_y = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
+        across = (c_x - b_x) ** 2 + (c_y - b_y) ** 2
+        result[0, t] = b_x * c_y - b_y * c_x
+        result[1, t] = max(b_x * b_x + b_y * b_y, c_x * c_x + c_y * c_y, across)
 
 
 def remeshed(

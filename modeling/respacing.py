@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from graben.arrays import BoolArray, FloatArray, IntArray, ints
 from graben.modeling.courses import courses
@@ -76,7 +77,13 @@ class Arms:
 
     def folded(self, guides: Guides, z: FloatArray) -> bool:
         """Return whether a lip crosses itself or the other lip of its sector at elevations ``z`` (c,)."""
-        return any(not stay.all() for stay in self._staying(guides.places(z)))
+        places = guides.places(z)
+        paths = [arm.path for arm in self.arms]
+        paths += [np.concatenate([self._from_end(a)[::-1], self._from_end(b)[1:]]) for a, b in self.corners]
+        # Lines that touch themselves are looked at once more: only what crosses is folded.
+        if shapely.is_simple([shapely.linestrings(places[path]) for path in paths]).all():
+            return False
+        return any(not stay.all() for stay in self._staying(places))
 
     def crowded(self, guides: Guides, z: FloatArray) -> bool:
         """Return whether nodes of a lip have run together at elevations ``z`` (c,)."""
@@ -113,6 +120,11 @@ class Arms:
             for k, guide, point in zip(arm.path[1:-1], made, inner, strict=True):
                 lines[k], levels[k] = guide, point[2]
         return Guides.of(lines), levels
+
+    def _from_end(self, name: int) -> IntArray:
+        """Return the path of a corner's arm from the junction on; ``name`` as in ``corners``."""
+        path = self.arms[abs(name) - 1].path
+        return path if name > 0 else path[::-1]
 
     def _staying(self, places: FloatArray) -> list[BoolArray]:
         """Return for each arm which of its nodes do not lie beyond a crossing; ``places`` (c, 2)."""

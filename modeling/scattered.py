@@ -69,7 +69,7 @@ class Scattered:
     ) -> Scattered:
         """Set up the problem of places in the triangles ``faces`` (k,), barycentric ``weights`` (k, 3)."""
         pattern = EdgePattern.of(triangles, len(points))
-        corners, sides = triangles[faces], pattern.edge_slots[pattern.sides[faces]]
+        corners, sides = triangles[faces], pattern.side_slots[faces]
         diagonal, pairs = np.zeros(len(points)), np.zeros(pattern.pair_count)
         for c in range(3):
             own = shares * weights[:, c] ** 2

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from graben.arrays import FloatArray, IntArray, floats, ints
+from graben.compiled import compiled
 
 #: A horizon nearly as steep as its guide meets it anywhere: the step is then no more than twice, and no less
 #: than half, that of the plain iteration.
@@ -58,17 +59,23 @@ class Slopes:
         values : (n,) array
             Elevations, model units.
         """
-        first, second = (points[self.around[:, k]] - points[self.around[:, 0]] for k in (1, 2))
-        rise, climb = (values[self.around[:, k]] - values[self.around[:, 0]] for k in (1, 2))
-        # Twice the area times the slope, and twice the area, of each triangle.
-        shares = (
-            rise * second[:, 1] - climb * first[:, 1],
-            climb * first[:, 0] - rise * second[:, 0],
-            first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0],
-        )
-        mine = self.at >= 0
-        x, y, area = (
-            np.bincount(self.at[mine], np.repeat(share, 3)[mine.ravel()], minlength=self.count)
-            for share in shares
-        )
-        return floats(np.stack([x / area, y / area], axis=1))
+        sums = np.zeros((self.count, 3))
+        _add_slopes(np.array(points), np.array(values), self.around, self.at, sums)
+        return floats(sums[:, :2] / sums[:, 2:])
+
+
+@compiled
+def _add_slopes(
+    points: FloatArray, values: FloatArray, around: IntArray, at: IntArray, sums: FloatArray
+) -> None:
+    """Add twice the area times the slope, and twice the area, of each triangle to its nodes, (c, 3)."""
+    for t in range(len(around)):
+        a, b, c = around[t]
+        b_x, b_y, rise = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], values[b] - values[a]
+        c_x, c_y, climb = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], values[c] - values[a]
+        for k in range(3):
+            node = at[t, k]
+            if node >= 0:
+                sums[node, 0] += rise * c_y - climb * b_y
+                sums[node, 1] += climb * b_x - rise * c_x
+                sums[node, 2] += b_x * c_y - b_y * c_x
