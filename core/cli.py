@@ -12,8 +12,6 @@ from pathlib import Path
 # The same input gives the same bytes only with one thread; to be said before numpy is loaded.
 for _library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
-# Loading resqpy would compile functions that nothing here calls.
-os.environ.setdefault("NUMBA_DISABLE_JIT", "1")
 
 import click  # noqa: E402
 
