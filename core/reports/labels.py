@@ -12,13 +12,12 @@ import numpy as np
 from graben.arrays import FloatArray
 from graben.reports.map_parts import SIGNS
 from graben.reports.style import PAPER
+from graben.reports.text_boxes import half_box, is_free
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _POINTS = 72.0  # to the inch
-#: Width and height of a letter over the font's size.
-_LETTER = (0.64, 1.25)
 _PADDING = 1.5  # points around a text
 #: Width and height of what stands in a corner, points.
 _CORNER = (32.0, 16.0)
@@ -94,9 +93,7 @@ def write_labels(
         taken = np.append(taken, boxes, axis=0)
     missing = []
     for label, dot in zip(labels, dots, strict=True):
-        lines = label.text.split("\n")
-        width = max(len(line) for line in lines) * _LETTER[0] * label.size
-        half = np.array([width, len(lines) * _LETTER[1] * label.size]) / 2 + _PADDING
+        half = half_box(label.text, label.size, _PADDING)
         middle = _free(dot, half, taken, size)
         if middle is None:
             missing.append(label)
@@ -128,11 +125,7 @@ def _free(dot: FloatArray, half: FloatArray, taken: FloatArray, size: FloatArray
     for reach in _REACHES if inside else ():
         for direction in _DIRECTIONS:
             middle = dot + direction * (reach + half)
-            low, high = middle - half, middle + half
-            if (low < 0).any() or (high > size).any():
-                continue
-            over = (taken[:, :2] < high).all(axis=1) & (taken[:, 2:] > low).all(axis=1)
-            if not over.any():
+            if is_free(np.concatenate([middle - half, middle + half]), taken, np.append([0.0, 0.0], size)):
                 return np.asarray(middle)
     return None
 

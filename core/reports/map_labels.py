@@ -12,6 +12,7 @@ from graben.cutgraph import NodeKind
 from graben.modeling.results import Cutoff, HorizonResult
 from graben.reports.along_strike import fitted_name
 from graben.reports.map_parts import Window, scale_bar_box
+from graben.reports.text_boxes import half_box, is_free
 from graben.words import plural
 
 #: Width of the figure, inches, what stands beside the map and what above and below, and limits of its height.
@@ -23,8 +24,8 @@ SMALL_THROW = 0.08
 #: Letters, points: of names and of throws. Throws stand this share of the larger side apart.
 NAME, THROW, _SPACING = 8.5, 7.0, 0.16
 _POINTS = 72.0  # to the inch
-#: Width and height of a letter over the font's size, and what is kept free around a text, points.
-_LETTER, _PADDING = (0.66, 1.3), 1.0
+#: What is kept free around a text, points.
+_PADDING = 1.0
 #: Half the size of the sign of a tip, exit or junction, points, and the distance of a text from a line.
 _SIGN, _OFF = 3.5, 4.0
 #: The arrow of north: west, south, east and north as shares of the axes.
@@ -184,13 +185,13 @@ class _Board:
 
     def write(self, text: str, size: float, places: Sequence[_Position], *, name: bool) -> Written | None:
         """Take the free position that hides the fewest points of lines; None where all are taken."""
-        half = np.array([len(text) * _LETTER[0] * size, _LETTER[1] * size]) / 2 + _PADDING
-        half *= self.unit
+        half = half_box(text, size, _PADDING) * self.unit
+        west, east, south, north = self.frame
         free = []
         for order, p in enumerate(places):
             middle = p.anchor + p.way * (p.gap + _OFF * self.unit + float(np.abs(p.way) @ half))
             box = np.concatenate([middle - half, middle + half])
-            if self._taken(box):
+            if not is_free(box, self.boxes, floats([west, south, east, north])):
                 continue
             inside = (self.lines > box[:2]).all(axis=1) & (self.lines < box[2:]).all(axis=1)
             free.append((int(inside.sum()), order, middle, box))
@@ -199,13 +200,6 @@ class _Board:
         _, _, middle, box = min(free, key=lambda f: f[:2])
         self.boxes = np.append(self.boxes, box[None], axis=0)
         return Written(text, (float(middle[0]), float(middle[1])), name)
-
-    def _taken(self, box: FloatArray) -> bool:
-        west, east, south, north = self.frame
-        if box[0] < west or box[1] < south or box[2] > east or box[3] > north:
-            return True
-        over = (self.boxes[:, :2] < box[2:]).all(axis=1) & (self.boxes[:, 2:] > box[:2]).all(axis=1)
-        return bool(over.any())
 
 
 def _beside(cutoff: Cutoff, board: _Board) -> list[_Position]:
