@@ -96,6 +96,7 @@ def rebuilt(
         side=whole.side[used],
         block=whole.block[used],
         graph_faults=tuple(model.faults[f].name for f in prepared.faults),
+        smears=prepared.smears,
         graph=graph,
         cutoffs=cutoffs(graph, cut, points, surfaces),
         subdomains=tuple(subdomains),

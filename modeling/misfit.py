@@ -24,6 +24,9 @@ from graben.surface import Surface, triangle_normals
 BINS = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0)
 #: The part of the zone, in gammas, in which input that is smeared no wider than gamma asks for should be met.
 OUTER = (0.5, 1.0)
+#: So many standard widths from the trace the smear of the input has ended. Where it is known, the part of the
+#: zone to be met begins there, if that is not too close to its end: the last limit, in gammas.
+_CLEAR, _ROOM = 3.0, 0.75
 #: Barycentric coordinates down to minus this count as inside: points on an edge belong to its triangles.
 _ON_EDGE = 1e-7
 #: Points without which a mean says little.
@@ -76,7 +79,7 @@ class Masked:
 
 @dataclass(frozen=True, eq=False)
 class Missed:
-    """The input in the outer half of the zone of a fault less the rebuilt horizon, model units.
+    """The input in the outer part of the zone of a fault less the rebuilt horizon, model units.
 
     Parameters
     ----------
@@ -84,6 +87,8 @@ class Missed:
         Names; a point belongs to the fault it is nearest to, in gammas.
     near, far : float
         Plan distances from the trace that the points lie between.
+    clear : bool
+        Whether they are known to lie beyond the smear of the input; else it is the outer half of the zone.
     count : int
         Points on the rebuilt horizon.
     rms, beyond : float
@@ -96,6 +101,7 @@ class Missed:
     fault: str
     near: float
     far: float
+    clear: bool
     count: int
     rms: float
     beyond: float
@@ -106,7 +112,7 @@ class Missed:
 class Misfit:
     """How a rebuilt horizon lies to its input, fault by fault.
 
-    ``bins`` are differences by distance from each fault. ``missed`` are those of the outer half of each zone,
+    ``bins`` are differences by distance from each fault. ``missed`` are those of the outer part of each zone,
     without faults that have fewer than ten points there. ``masked`` is the input that was not used.
     """
 
@@ -174,19 +180,22 @@ class _Compared:
                 yield Bin(self.local.result.name, name, *limits, *sizes, mean, rms, largest)
 
     def missed(self) -> Iterator[Missed]:
-        """Yield the differences in the outer half of each zone."""
+        """Yield the differences in the outer part of each zone."""
         for k, name in enumerate(self.local.result.graph_faults):
             mine = (self.owner == k) & np.isfinite(self.off)
-            inside = mine & (self.share >= OUTER[0]) & (self.share < OUTER[1])
+            width = float(self.local.gammas[k])
+            ended = _CLEAR * float(self.local.result.smears[k]) / width
+            clear = 0.0 < ended <= _ROOM
+            start = ended if clear else OUTER[0]
+            inside = mine & (self.share >= start) & (self.share < OUTER[1])
             outside = mine & (self.share >= OUTER[1])
             if np.count_nonzero(inside) < _LEAST or np.count_nonzero(outside) < _LEAST:
                 continue
             rms, beyond = (float(np.sqrt((self.off[some] ** 2).mean())) for some in (inside, outside))
             worst = self.points[inside][np.argmax(np.abs(self.off[inside]))]
             place = floats(self.local.points[worst] - self.local.origin)
-            width = float(self.local.gammas[k])
-            limits = (OUTER[0] * width, OUTER[1] * width)
-            yield Missed(self.local.result.name, name, *limits, int(inside.sum()), rms, beyond, place)
+            limits = (start * width, OUTER[1] * width)
+            yield Missed(self.local.result.name, name, *limits, clear, int(inside.sum()), rms, beyond, place)
 
 
 @dataclass(frozen=True, eq=False)

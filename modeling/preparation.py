@@ -54,6 +54,8 @@ class CutHorizon:
         Length over which that fit smooths, model units; 0 without one.
     bend : (n, 3) array
         Second derivatives K_xx, K_xy, K_yy at the copies beside the zone, to be carried on into it; else 0.
+    smears : (f,) array
+        Standard width of the smear along each of ``faults``, 0 where none is seen, model units.
     anchors : tuple of Anchoring
         How each subdomain is held.
     warnings : tuple of str
@@ -71,6 +73,7 @@ class CutHorizon:
     fitted: BoolArray
     smoothing: float
     bend: FloatArray
+    smears: FloatArray
     anchors: tuple[Anchoring, ...]
     warnings: tuple[str, ...]
 
@@ -154,6 +157,7 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
         bools(fitted(cut.triangles, unknown, length, horizon.step) & (labels >= 0)),
         length,
         floats(bend),
+        widths,
         tuple(anchors),
         tuple(warnings),
     )

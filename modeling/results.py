@@ -200,6 +200,8 @@ class HorizonResult:
         1 on the hanging side, -1 on the foot side of the nearest cut of that fault, 0 outside its zone.
     graph_faults : tuple of str
         The faults that cut this horizon, in the model's order.
+    smears : (f,) array
+        Standard width of the smear of the input along each of them, 0 where none is seen, model units.
     graph : CutGraph
         The cut graph on the input horizon.
     cutoffs : tuple of Cutoff
@@ -226,6 +228,7 @@ class HorizonResult:
     side: IntArray
     block: SignArray
     graph_faults: tuple[str, ...]
+    smears: FloatArray
     graph: CutGraph
     cutoffs: tuple[Cutoff, ...]
     subdomains: tuple[Subdomain, ...]

@@ -152,6 +152,7 @@ def true_field(name: str) -> HorizonResult:
         side=np.zeros(len(first)),
         block=block_diag(*(r.block for r in parts)),
         graph_faults=tuple(f for r in parts for f in r.graph_faults),
+        smears=np.concatenate([r.smears for r in parts]),
         cutoffs=tuple(c for r in parts for c in r.cutoffs),
     )
 

@@ -188,6 +188,7 @@ def scored(task: Task, rebuilt: Rebuilt) -> tuple[Score, tuple[Cutoff, ...]]:
         side=np.concatenate([np.zeros(len(z), dtype=np.int64), on]),
         block=np.concatenate([np.where(zone[:, None], task.sides, 0), of_lips]),
         graph_faults=names,
+        smears=np.zeros(len(names)),
         graph=task.result.graph,
         cutoffs=cutoffs,
         subdomains=(),

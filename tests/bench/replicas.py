@@ -178,6 +178,7 @@ def restricted(result: HorizonResult, faults: tuple[Fault, ...]) -> HorizonResul
     return replace(
         result,
         graph_faults=names,
+        smears=np.zeros(len(names)),
         block=block,
         fixed=result.fixed | (block == 0).all(axis=1),
         cutoffs=tuple(c for c in result.cutoffs if c.fault in names),

@@ -55,6 +55,7 @@ def true_result(model: demo.SyntheticModel) -> HorizonResult:
         side=np.zeros(len(xy)),
         block=np.where(near, sides, 0),
         graph_faults=names,
+        smears=np.zeros(len(names)),
         graph=CutGraph(demo.HORIZON, [], [], [], []),
         cutoffs=true_cutoffs(model),
         subdomains=(),
@@ -199,6 +200,7 @@ def test_a_model_that_leaves_a_fault_out_is_scored_on_the_others(tmp_path: Path)
     part = replace(
         whole,
         graph_faults=("F1",),
+        smears=np.zeros(1),
         block=whole.block[:, :1],
         cutoffs=tuple(c for c in whole.cutoffs if c.fault == "F1"),
     )

@@ -87,6 +87,7 @@ def uncut_result(name: str = "Top B") -> HorizonResult:
         side=np.zeros(n),
         block=np.zeros((n, 0)),
         graph_faults=(),
+        smears=np.zeros(0),
         graph=CutGraph(name, np.zeros((0, 3)), np.zeros(0), np.zeros((0, 2)), np.zeros(0)),
         cutoffs=(),
         subdomains=(Subdomain(0, (), n, 0, 0, CONVERGED),),
@@ -154,6 +155,7 @@ def cut_result(
         side=side,
         block=np.where(fixed, 0.0, sign)[:, None],
         graph_faults=(fault_name,),
+        smears=np.zeros(1),
         graph=CutGraph(name, first[path], kinds, edges, np.zeros(len(edges))),
         cutoffs=(Cutoff(fault_name, s, *lips, lips[1][:, 2] - lips[0][:, 2], (lips[0] - lips[1])[:, 0]),),
         subdomains=(

@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from scipy.special import ndtr
 
 from graben.arrays import FloatArray
@@ -25,11 +26,11 @@ from graben.validators.measuring.measures import remembered
 
 #: Phi(1.645) = 0.95: at this many standard widths 95 % of the step is done.
 _DONE = 1.645
-#: Widths w that are tried, in this many steps of the horizon at least, and how many.
+#: Widths w that are tried, in this many of these steps at least, and how many.
 _FINEST = 0.15
 _TRIED = 24
-#: Half widths of the strip that is looked at, in steps, and the share of it that the smear may take: beyond
-#: it both sides must be seen.
+#: Half widths of the strip that is looked at, in steps of the horizon or of its picks, and the share of it
+#: that the smear may take: beyond it both sides must be seen.
 _STRIPS = (8.0, 16.0, 32.0, 64.0)
 _INSIDE = 0.4
 #: Points that a window needs, and of them on either side.
@@ -99,17 +100,30 @@ def _measured(
     horizon: Horizon, graph: CutGraph, fault: int, gammas: tuple[tuple[int, float], ...]
 ) -> Smear | None:
     points = picks_of(horizon) if len(horizon.picks) else nodes_of(horizon.surface)
+    step = _spacing(horizon)
     for steps in _STRIPS:
-        reach = steps * horizon.step
-        flanks = flanks_of(points, graph, fault, dict(gammas), reach, horizon.step)
+        reach = steps * step
+        flanks = flanks_of(points, graph, fault, dict(gammas), reach, step)
         windows = [_Window.of(flanks, k, r, reach) for k, r in Windows.over(flanks, reach / 2)]
         seen = [w for w in windows if w is not None]
         if not seen:
             continue
-        width = _fitted(seen, horizon.step, reach)
+        width = _fitted(seen, step, reach)
         if _DONE * width <= _INSIDE * reach:
-            return _described(flanks, seen, width, _LEAST_THROW * horizon.step)
+            return _described(flanks, seen, width, _LEAST_THROW * step)
     return None
+
+
+def _spacing(horizon: Horizon) -> float:
+    """Return the step of a horizon, or how far its picks lie apart where that is less, model units.
+
+    The surface fitted to picks may have a step of twice their distance and more. In strips as wide as that
+    the bend of the horizon itself, where its displacement dies out, was taken for smear.
+    """
+    if len(horizon.picks) == 0:
+        return horizon.step
+    hull = shapely.convex_hull(shapely.multipoints(horizon.picks[:, :2]))
+    return min(horizon.step, float(np.sqrt(hull.area / len(horizon.picks))))
 
 
 @dataclass(frozen=True, eq=False)
