@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from graben.arrays import BoolArray, FloatArray, IntArray, floats
-from graben.cleaning.meetings import Decision, What, chain_of, decided, linked
+from graben.cleaning.meetings import Decision, What, chain_of, decided, in_turn, linked
 from graben.cleaning.repairing import Change, Refusal, Repair, Step, Task
 from graben.cleaning.shaping.complex_mesh import Net, Tables, taken
 from graben.cleaning.shaping.complex_passes import Goal
@@ -81,7 +81,7 @@ def _worked(task: Task, group: Sequence[int], decisions: Sequence[Decision]) -> 
     grown, patches, fronts, steps, refusals = _extended(task, group, decisions)
     decisions = [_with_neighbours(task, group, d, fronts.get(d.own)) for d in decisions]
     net = stacked(grown, _meeting(task, group, decisions))
-    for decision in sorted(decisions, key=lambda d: d.size):
+    for decision in in_turn(decisions):
         own, landing = place[decision.own], decision.what is What.EXTEND
         front = fronts.get(decision.own)
         if decision.what is What.CUT or (landing and front is None):

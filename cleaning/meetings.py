@@ -203,6 +203,17 @@ def _unclear(task: Task, stretch: Stretch) -> Refusal:
     )
 
 
+def in_turn(decisions: Iterable[Decision]) -> list[Decision]:
+    """Return decisions in the order in which rims are put on other faults: the nearest first.
+
+    Before them come rims that lie on each other: once they have common edges, a third fault on which both
+    lie gets one line of them, and not two a snap apart.
+    """
+    joins = {(d.own, other) for d in decisions if d.what is What.JOIN for other in d.others}
+    each_other = {(own, other) for own, other in joins if (other, own) in joins}
+    return sorted(decisions, key=lambda d: (each_other.isdisjoint((d.own, k) for k in d.others), d.size))
+
+
 def linked(task: Task, decisions: Iterable[Decision]) -> list[list[int]]:
     """Return the groups of faults that must be worked on together, by position.
 
