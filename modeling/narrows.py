@@ -78,7 +78,8 @@ def narrows(
     """Return the thin parts of a cut horizon that reliable nodes are far from, with what to hold in them.
 
     A node is in a thin part where no disc free of cuts that contains it has room for nodes beyond gamma and
-    one step. There gamma becomes a part of the distance of the node that lies furthest from the cuts.
+    one step. There gamma becomes a part of what there is room for at each node: the distance from the cuts of
+    the furthest node in whose disc free of cuts it lies. A strip that tapers is so held all along.
 
     Parameters
     ----------
@@ -122,7 +123,7 @@ def narrows(
             near = np.unique(graph.faults[nearest[mine]])
             room = float(min(away[mine].max(), widest))
             smeared = away[mine] - _beyond_smear(plan[mine], graph, widths)
-            low, high = (share * room for share in _SHARES)
+            low, high = (share * _room(plan[mine], away[mine], step) for share in _SHARES)
             least = np.maximum(np.clip(smeared, low, high), _LEAST * step)
             held = mine[reliable[mine] | (away[mine] > least)]
             found.append(Narrow(held, 2.0 * room, near))
@@ -137,6 +138,21 @@ def _beyond_smear(plan: FloatArray, graph: CutGraph, widths: FloatArray) -> Floa
     if not widths.any():
         return np.full(len(plan), np.inf)
     return outside(plan, graph, _CLEAR * np.where(widths > 0, widths, widths.max()))
+
+
+def _room(plan: FloatArray, away: FloatArray, step: float) -> FloatArray:
+    """Return the radius of the widest disc free of cuts that each node (n, 2) of a part lies in, (n,).
+
+    Discs stand on nodes of the part, whose distances to the cuts are ``away`` (n,).
+    """
+    room = away.copy()
+    # Where the disc should stand is up to half a step from a node.
+    pairs = cKDTree(plan).query_pairs(float(away.max()) + 0.5 * step, output_type="ndarray")
+    apart = np.hypot(*(plan[pairs[:, 0]] - plan[pairs[:, 1]]).T)
+    for node, centre in (pairs.T, pairs.T[::-1]):
+        inside = apart <= away[centre] + 0.5 * step
+        np.maximum.at(room, node[inside], away[centre[inside]])
+    return room
 
 
 def _parts_with(chosen: BoolArray, wanted: BoolArray, edges: IntArray) -> IntArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,6 +13,7 @@ from graben.arrays import BoolArray, FloatArray, IntArray, SignArray, bools, flo
 from graben.cutgraph import CutGraph
 from graben.model import Horizon, Model
 from graben.modeling.bend import bend_at_rim
+from graben.modeling.close_smears import unsmeared
 from graben.modeling.cutting import CutMesh, opened
 from graben.modeling.distance import distances
 from graben.modeling.narrows import narrows
@@ -100,10 +102,13 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
     labels = cut.node_labels
     unknown &= labels >= 0
     # Smeared is what was given; a fit to picks beside the zone will change nothing of that.
-    widths = smear_widths(horizon, graph, dict(zip(faults.tolist(), gammas.tolist(), strict=True)))
+    near = dict(zip(faults.tolist(), gammas.tolist(), strict=True))
+    widths = smear_widths(horizon, graph, near)
     thin = narrows(graph, mesh.points[cut.origin], cut.triangles, gammas, widths, horizon.step)
     for part in thin:
         unknown[part.held] = False
+    held = np.concatenate([ints([]), *(part.held for part in thin)])
+    mesh = _freed(mesh, ints(cut.origin[held]), horizon, graph, near)
     anchors = []
     warnings = [part.warning([f.name for f in model.faults], model.unit) for part in thin]
     warnings += [
@@ -161,6 +166,17 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
         tuple(anchors),
         tuple(warnings),
     )
+
+
+def _freed(
+    mesh: PlanMesh, held: IntArray, horizon: Horizon, graph: CutGraph, gammas: Mapping[int, float]
+) -> PlanMesh:
+    """Return the mesh with some nodes (k,) put where they would be without the smear of close faults."""
+    if len(held) == 0:
+        return mesh
+    points = mesh.points.copy()
+    points[held, 2] = unsmeared(points[held], horizon, graph, gammas)
+    return replace(mesh, points=points)
 
 
 def _denoised(

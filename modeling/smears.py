@@ -9,6 +9,7 @@ import numpy as np
 from graben.arrays import FloatArray, floats
 from graben.cutgraph import CutGraph
 from graben.model import Horizon
+from graben.modeling.close_smears import close_smear
 from graben.modeling.side_by_side import usable_cores, worked
 from graben.validators.measuring.smear import smear_width
 
@@ -24,11 +25,15 @@ def smear_widths(horizon: Horizon, graph: CutGraph, gammas: Mapping[int, float])
     horizon, graph : Horizon, CutGraph
         The input.
     gammas : mapping
-        gamma of each fault of the graph, model units; widths come in the order of the faults.
+        gamma of each fault of the graph, model units; widths come in the order of the faults. Of faults that
+        run close to each other the smear is measured together.
     """
     faults = sorted(gammas)
 
     def width(place: int) -> float:
+        close = close_smear(horizon, graph, faults[place], gammas)
+        if close is not None:
+            return close.width
         smear = smear_width(horizon, graph, faults[place], gammas)
         return 0.0 if smear is None else smear.standard
 

@@ -161,6 +161,21 @@ def test_strip_is_held_beyond_the_smear(width: float, least: float) -> None:
     assert away[inside[~held]].max() < least + 1e-6
 
 
+def test_strip_that_tapers_is_held_all_along() -> None:
+    """At its narrow end no node is half as far from the cuts as those in the middle of its wide end."""
+    graph = straight(((-380.0, -2000.0), (-160.0, 2000.0)), ((380.0, -2000.0), (160.0, 2000.0)))
+    surface = grid_horizon(lambda x, y: 0.0 * x, size=6000.0).surface
+    gammas = np.array([400.0, 400.0])
+    mesh = triangulated(surface, graph, STEP, gammas)
+    cut = opened(mesh)
+    (narrow,) = narrows(graph, mesh.points[cut.origin], cut.triangles, gammas, np.zeros(2), STEP)
+    held = mesh.points[cut.origin[narrow.held], :2]
+    held = held[np.abs(held[:, 1]) < 1800.0]
+    half = 270.0 - held[:, 1] * 220.0 / 4000.0
+    assert (half - np.abs(held[:, 0]) > 0.4 * half).all()
+    assert np.diff(np.sort(held[:, 1]), prepend=-1800.0, append=1800.0).max() < 3.0 * STEP
+
+
 @pytest.mark.parametrize("half", [600.0, 1000.0])
 def test_strip_with_reliable_nodes_is_left_alone(half: float) -> None:
     graph, points, triangles = plate(half)

@@ -100,7 +100,7 @@ def _measured(
     horizon: Horizon, graph: CutGraph, fault: int, gammas: tuple[tuple[int, float], ...]
 ) -> Smear | None:
     points = picks_of(horizon) if len(horizon.picks) else nodes_of(horizon.surface)
-    step = _spacing(horizon)
+    step = spacing_of(horizon)
     for steps in _STRIPS:
         reach = steps * step
         flanks = flanks_of(points, graph, fault, dict(gammas), reach, step)
@@ -114,7 +114,7 @@ def _measured(
     return None
 
 
-def _spacing(horizon: Horizon) -> float:
+def spacing_of(horizon: Horizon) -> float:
     """Return the step of a horizon, or how far its picks lie apart where that is less, model units.
 
     The surface fitted to picks may have a step of twice their distance and more. In strips as wide as that
