@@ -73,8 +73,8 @@ class RepairAction:
     count : int
         How many elements were changed.
     max_move : float
-        The largest distance of a vertex of the result from the surface before this change, but for what was
-        added on purpose, model units.
+        The largest distance of a vertex of these surfaces from what they were before this change and what was
+        added to them on purpose, model units.
     place : (x, y, z) or None
         One place of the change, elevation.
     reason : str

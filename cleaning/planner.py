@@ -283,12 +283,7 @@ class _Work:
         for change in changes:
             old = [self._fault(name).surface for name in change.surfaces]
             new = [s for made in change.surfaces.values() for s in made]
-            most = 0.0
-            for name, made in change.surfaces.items():
-                for surface in made:
-                    added = [change.declared[n] for n in (name, surface.name) if n in change.declared]
-                    away = distances(surface, [self._fault(name).surface, *added])
-                    most = max(most, float(away.max(initial=0.0)))
+            moves = {name: self._moved(name, made, change) for name, made in change.surfaces.items()}
             before, after = tuple(map(measured, old)), tuple(map(measured, new))
             for step in _all_steps(change):
                 self.actions.append(
@@ -297,7 +292,7 @@ class _Work:
                         step.check,
                         step.objects,
                         step.count,
-                        most,
+                        max((moves[name] for name in step.objects if name in moves), default=0.0),
                         place_of(step.place),
                         step.reason,
                         step.size,
@@ -320,6 +315,15 @@ class _Work:
                     self._references[surface.name] = replace(reference, name=surface.name)
                     self.lineage[surface.name] = origin
         self.model = trial
+
+    def _moved(self, old: str, made: Sequence[Surface], change: Change) -> float:
+        """Return how far a change moves a vertex off a fault as it was and what it adds to it."""
+        most = 0.0
+        for surface in made:
+            added = [change.declared[name] for name in (old, surface.name) if name in change.declared]
+            away = distances(surface, [self._fault(old).surface, *added])
+            most = max(most, float(away.max(initial=0.0)))
+        return most
 
     def _faults_of(self, finding: Finding) -> frozenset[str]:
         return frozenset(f.name for f in self.model.faults if f.name in finding.objects)
@@ -383,7 +387,7 @@ def _all_steps(change: Change) -> tuple[Step, ...]:
             (name,),
             sum(len(s.triangles) for s in made),
             None,
-            f"{name} was divided anew along the lines in which it meets the others.",
+            f"{name} was divided anew into triangles along the lines in which it meets the others.",
         )
         for name, made in change.surfaces.items()
         if name not in told

@@ -96,9 +96,16 @@ def _model(made: Guesses, folder: Path) -> str:
         + _key("name", folder.name or "model")
         + f"# guess: {_plain(made.why_z)}\n"
         + _key("z", made.z)
-        + '# unit = "m"              # or "ft", or "none": the files do not say\n'
+        + _unit(made)
         + '# crs = "EPSG:23031"      # carried through to the outputs\n'
     )
+
+
+def _unit(made: Guesses) -> str:
+    """Return the key of the unit where the files state one, else a comment."""
+    if made.unit is None:
+        return f'# unit = "m"              # or "ft", or "none": {_plain(made.why_unit)}\n'
+    return f"# guess: {_plain(made.why_unit)}\n" + _key("unit", made.unit)
 
 
 def _together(group: list[Guess]) -> Iterator[list[Guess]]:

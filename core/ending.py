@@ -46,7 +46,7 @@ def _kept_words() -> str:
         return ""
     if is_kept(output):
         return "; --resume goes on from what is finished"
-    return " before anything was finished that --resume could go on from: start it again without"
+    return " before anything was finished that --resume could go on from: start again without --resume"
 
 
 def _fail(sentence: str, show_traceback: bool = False) -> NoReturn:

@@ -17,6 +17,7 @@ from graben.formats.grids import read_grid
 from graben.formats.kinds import GRIDS, MESHES, SURFACES, Kind, kind_of
 from graben.formats.meshes import read_surfaces
 from graben.formats.points import read_points
+from graben.formats.stated import stated_units
 from graben.formats.stick_surface import sticks_surface
 from graben.formats.sticks import read_sticks
 from graben.formats.tsurf import Sign, TSurf
@@ -24,6 +25,7 @@ from graben.info import surface_info
 from graben.model import UNDEFINED
 from graben.nulls import null_marks
 from graben.reading import points_step, triangulated_step
+from graben.words import listed
 
 Role = Literal["horizon", "fault"]
 
@@ -58,6 +60,8 @@ class Guess:
         Of a horizon: the step that points get by default, or that of the grid or surface; model units.
     points : bool
         Whether it is points, which may be given another step.
+    units : tuple of str
+        Which of "m" and "ft" the file states.
     """
 
     role: Role
@@ -70,16 +74,22 @@ class Guess:
     named: bool = True
     step: float | None = None
     points: bool = False
+    units: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Guesses:
-    """The surfaces of some files, what was left out and why, and the sign of z in files that state none."""
+    """The surfaces of some files, what was left out and why, and the sign of z in files that state none.
+
+    ``unit`` is the one that files state, ``why_unit`` which do, or why there is none.
+    """
 
     surfaces: tuple[Guess, ...]
     left_out: tuple[tuple[str, str], ...]
     z: Sign
     why_z: str
+    unit: str | None = None
+    why_unit: str = ""
 
     def of(self, role: Role) -> tuple[Guess, ...]:
         """Return the surfaces of one role, in their order."""
@@ -117,7 +127,7 @@ def guesses(paths: Sequence[Path], *, beside: Path | None = None) -> Guesses:
         raise InputError(
             f"no file holds a surface{what}; give grids, points, triangulated surfaces or sticks."
         )
-    return Guesses(tuple(_odd_told(found)), tuple(left), *_sign(found))
+    return Guesses(tuple(_odd_told(found)), tuple(left), *_sign(found), *_unit(found))
 
 
 def _files(paths: Sequence[Path], beside: Path | None) -> Iterator[tuple[Path, bool]]:
@@ -144,6 +154,10 @@ def _surfaces(path: Path) -> list[Guess]:
     if path.suffix.lower() == ".toml":
         raise InputError(f"{path} is a model already; give the files of surfaces.")
     kind = kind_of(path)
+    return [replace(guess, units=stated_units(path, kind)) for guess in _of_kind(path, kind)]
+
+
+def _of_kind(path: Path, kind: Kind) -> list[Guess]:
     if kind in SURFACES:
         objects = read_surfaces(path, kind)
         return [replace(_of_surface(o, path, kind), count=len(objects)) for o in objects]
@@ -281,6 +295,19 @@ def _sign(found: list[Guess]) -> tuple[Sign, str]:
             return ("elevation" if up < down else "depth"), f"{told}; so they lie next to those that do"
     middle = float(np.median([np.mean(r) for r in silent]))
     return ("depth", f"{told}, mostly positive") if middle > 0 else ("elevation", f"{told}, mostly negative")
+
+
+def _unit(found: list[Guess]) -> tuple[str | None, str]:
+    """Return the unit that files state where they agree, and which do; else none, and why."""
+    files = {u: list(dict.fromkeys(g.file.name for g in found if u in g.units)) for u in ("m", "ft")}
+    stated = {unit: listed(names) for unit, names in files.items() if names}
+    if not stated:
+        return None, "the files do not say"
+    if len(stated) > 1:
+        told = "; ".join(f"{unit} in {names}" for unit, names in stated.items())
+        return None, f"the files do not agree, {told}: convert some"
+    ((unit, names),) = stated.items()
+    return unit, f"stated by {names}"
 
 
 def _gap(one: tuple[float, float], other: tuple[float, float]) -> float:

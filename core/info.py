@@ -14,6 +14,7 @@ from graben.formats.irap import grid_surface
 from graben.formats.kinds import SURFACES, Kind, kind_of
 from graben.formats.meshes import read_surfaces
 from graben.formats.points import read_points
+from graben.formats.stated import stated_units
 from graben.formats.stick_surface import sticks_surface
 from graben.formats.sticks import read_sticks
 from graben.model import GridGeometry
@@ -21,6 +22,7 @@ from graben.reading import points_step
 from graben.surface import (
     Surface,
     boundary_loops,
+    mean_dip_direction,
     strong_components,
     triangle_areas,
     triangle_dips,
@@ -48,8 +50,8 @@ class SurfaceInfo:
     """A triangulated surface: counts, extents, orientation (degrees, from its fit triangles) and topology.
 
     ``mean_dip`` is the area-weighted mean of the triangles' dips. ``strike`` lies in [0, 180), clockwise from
-    the y-axis; dips and strike are None without area. ``unfit`` counts triangles that name no vertex or
-    touch one that is not finite.
+    the y-axis, ``dip_direction`` in [0, 360), down the mean dip; dips and both are None without area.
+    ``unfit`` counts triangles that name no vertex or touch one that is not finite.
     """
 
     name: str
@@ -63,6 +65,7 @@ class SurfaceInfo:
     strike: float | None
     loops: int
     components: int
+    dip_direction: float | None = None
 
     def __str__(self) -> str:
         lines = [
@@ -72,8 +75,9 @@ class SurfaceInfo:
         if self.mean_dip is None or self.strike is None:
             lines.append("  no area, so neither dip nor strike")
         else:
-            dips = f"dip {self.mean_dip:.1f} ({self.least_dip:.1f} to {self.greatest_dip:.1f})"
-            lines.append(f"  {dips}, strike {self.strike:.1f} degrees")
+            dips = f"dip {self.mean_dip:.1f} (triangles {self.least_dip:.1f} to {self.greatest_dip:.1f})"
+            towards = f"dip direction {self.dip_direction:.1f} where z counts upwards"
+            lines.append(f"  {dips}, {towards}, strike {self.strike:.1f} degrees")
         lines.append(f"  boundary loops {self.loops}, components {self.components}")
         if self.unfit:
             lines.append(f"  unfit triangles {self.unfit}")
@@ -131,21 +135,28 @@ class SticksInfo:
 
 @dataclass(frozen=True)
 class FileInfo:
-    """What a file holds; ``signs`` says for each part how z is counted, as far as the file states it."""
+    """What a file holds, and what it states of its numbers.
+
+    ``signs`` says for each part how z is counted, ``units`` which of "m" and "ft" the file states.
+    """
 
     path: Path
     kind: Kind
     parts: tuple[SurfaceInfo | GridInfo | PointsInfo | SticksInfo, ...]
     signs: tuple[str, ...]
+    units: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         lines = [f"{self.path}: {self.kind}"]
         for part, sign in zip(self.parts, self.signs, strict=True):
             lines += [str(part), f"  z: {sign}"]
+        told = f"{' and '.join(self.units)}, as stated" if self.units else _NO_UNIT
+        lines.append(f"unit: {told}")
         return "\n".join(lines)
 
 
 _NOT_STATED = "sign not stated, shown as it stands (model.toml says which with the key z)"
+_NO_UNIT = "not stated (model.toml says it with the key unit)"
 
 
 def describe(path: str | Path) -> FileInfo:
@@ -168,7 +179,7 @@ def describe(path: str | Path) -> FileInfo:
             "depth": "depth, as stated; shown as elevation",
         }
         parts = tuple(surface_info(o.surface) for o in objects)
-        return FileInfo(path, kind, parts, tuple(signs[o.z] for o in objects))
+        return FileInfo(path, kind, parts, tuple(signs[o.z] for o in objects), stated_units(path, kind))
     part: GridInfo | PointsInfo | SticksInfo
     if kind is Kind.STICKS:
         part = _sticks_info(path)
@@ -178,7 +189,7 @@ def describe(path: str | Path) -> FileInfo:
         grid, values = read_grid(path, kind)
         vertices = grid_surface(path.stem, grid, values).vertices
         part = GridInfo(grid, int(values.size - len(vertices)), _extents(vertices))
-    return FileInfo(path, kind, (part,), (_NOT_STATED,))
+    return FileInfo(path, kind, (part,), (_NOT_STATED,), stated_units(path, kind))
 
 
 def surface_info(surface: Surface) -> SurfaceInfo:
@@ -191,11 +202,13 @@ def surface_info(surface: Surface) -> SurfaceInfo:
     vertices = floats(np.nan_to_num(surface.vertices - (extents.low or (0.0, 0.0, 0.0))))
     areas = triangle_areas(vertices, triangles)
     solid = ints(triangles[areas > 0], -1, 3)
-    mean = least = greatest = strike = None
+    mean = least = greatest = strike = towards = None
     if len(solid):
         dips = triangle_dips(vertices, solid)
         mean, least, greatest = float(np.average(dips, weights=areas[areas > 0])), dips.min(), dips.max()
         strike = _strike(vertices, solid)
+        down = mean_dip_direction(vertices, solid)[0]
+        towards = float(np.degrees(np.arctan2(down[0], down[1]))) % 360.0
     return SurfaceInfo(
         surface.name,
         len(surface.vertices),
@@ -208,6 +221,7 @@ def surface_info(surface: Surface) -> SurfaceInfo:
         strike,
         len(boundary_loops(triangles)),
         int(strong_components(triangles).max(initial=-1)) + 1,
+        towards,
     )
 
 

@@ -124,12 +124,39 @@ class Fault:
         return replace(self, surface=self.surface.moved(offset))
 
 
+@dataclass(frozen=True)
+class Statement:
+    """What a file of a model states of its numbers.
+
+    Parameters
+    ----------
+    file : Path
+        The file.
+    names : tuple of str
+        The surfaces of the model that it holds.
+    units : tuple of str
+        "m", "ft", both or none.
+    signed : bool
+        Whether it states the sign of z.
+    low, high : float
+        Least and greatest z of these surfaces, elevations in model units; NaN where none is usable.
+    """
+
+    file: Path
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    signed: bool
+    low: float
+    high: float
+
+
 @dataclass(frozen=True, eq=False)
 class Model:
     """A structural model. Coordinates are the input's, z is elevation (positive up).
 
     ``z`` and ``unit`` are the model file's own, for output; ``file`` is that file, None for a model made
-    in Python.
+    in Python. ``statements`` are what the files say of their numbers, ``left_out`` the keys of [model] that
+    have their default, since model.toml does not name them.
     """
 
     name: str
@@ -144,6 +171,8 @@ class Model:
     contacts: tuple[ContactRule, ...] = ()
     checks: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     file: Path | None = None
+    statements: tuple[Statement, ...] = ()
+    left_out: frozenset[str] = frozenset()
 
     @property
     def surfaces(self) -> tuple[Surface, ...]:

@@ -179,6 +179,10 @@ def require_free(target: Path) -> None:
         exists = target.exists()
     except OSError as error:
         raise OutputError(f"{target} cannot be looked into: {error.strerror}; choose another -o.") from error
+    if exists and not target.is_dir():
+        raise OutputError(
+            f"{target} is a file: graben makes a folder and overwrites nothing, choose another -o."
+        )
     if exists:
         raise OutputError(f"{target} exists and is not empty: graben overwrites nothing, choose another -o.")
     above = next((p for p in target.absolute().parents if p.exists()), target.absolute())

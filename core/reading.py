@@ -26,6 +26,7 @@ from graben.formats.tsurf import Sign, TSurf, mirrored
 from graben.model import UNFIT, Fault, GridGeometry, Horizon, Model
 from graben.nulls import null_marks
 from graben.settings import FaultSection, HorizonSection, ModelFile
+from graben.stating import statements
 from graben.surface import Surface, triangle_areas
 from graben.validators.finite import usable
 
@@ -73,9 +74,10 @@ def read_model(path: str | Path) -> Model:
     _reject_repeated(path, names + [f.name for f in faults])
     _reject_unknown_contacts(path, settings, {f.name for f in faults})
     truth = settings.model.truth
+    horizons = tuple(_horizon(s, path, z) for s in settings.horizons)
     return Model(
         name=settings.model.name,
-        horizons=tuple(_horizon(s, path, z) for s in settings.horizons),
+        horizons=horizons,
         faults=faults,
         z=z,
         unit=settings.model.unit,
@@ -86,6 +88,8 @@ def read_model(path: str | Path) -> Model:
         contacts=settings.contacts,
         checks=MappingProxyType(dict(settings.checks)),
         file=path,
+        statements=statements([*(h.surface for h in horizons), *(f.surface for f in faults)]),
+        left_out=frozenset(type(settings.model).model_fields) - settings.model.model_fields_set,
     )
 
 

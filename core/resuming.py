@@ -91,7 +91,10 @@ def _changed(then: Mapping[str, Any], now: Mapping[str, Any]) -> str:
         was, is_ = (str(side[key].get(names[0], "none")) for side in (then, now))
         if key == "files":
             return f"{names[0]} has changed"
-        return f"The {key.removesuffix('s')} {names[0]} has changed (from {was} to {is_})"
+        if (key, names[0]) == ("options", "repair"):
+            return f"The option --no-repair was {'taken out' if now[key][names[0]] else 'added'}"
+        name = f"--{names[0]}" if key == "options" else names[0]
+        return f"The {key.removesuffix('s')} {name} has changed (from {was} to {is_})"
     return ""
 
 

@@ -42,7 +42,9 @@ class ModelSection(_Section):
 class HorizonSection(_Section):
     """One [[horizons]]: a grid, a triangulated surface or points."""
 
-    name: Name = Field(description="name; of a file with several surfaces, the one that is taken")
+    name: Name = Field(
+        description="name of the horizon; where its file holds several surfaces, also which of them it is"
+    )
     file: Name = Field(description="grid, triangulated surface or points")
     step: Positive | None = Field(
         default=None,

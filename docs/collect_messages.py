@@ -114,7 +114,7 @@ WARNED: dict[str, tuple[str, ...]] = {
     "modeling/filling.py": ("filled",),
     "modeling/fitting.py": ("_note",),
     "modeling/narrows.py": ("warning",),
-    "modeling/preparation.py": ("prepared", "_denoised"),
+    "modeling/preparation.py": ("prepared", "_few_steps", "_denoised"),
     "modeling/quality.py": ("ends", "gone", "turns", "jumps", "missed"),
     "modeling/refitting.py": ("refitted",),
 }

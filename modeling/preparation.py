@@ -25,6 +25,7 @@ from graben.modeling.triangulation import PlanMesh, triangulated
 from graben.proximity import Nearest, PlanIndex, boxes, nearest
 from graben.surface import boundary_edges
 from graben.validators.context import Anchoring
+from graben.validators.measuring.measures import amount
 
 #: Where a subdomain has no fixed node, gamma is not reduced below this many steps.
 _LEAST_GAMMA = 2.0
@@ -92,6 +93,24 @@ class CutHorizon:
         return ints(edges[~np.isin(edges[:, 0] * base + edges[:, 1], lips[:, 0] * base + lips[:, 1])])
 
 
+def _few_steps(model: Model, horizon: Horizon, faults: IntArray, gammas: FloatArray) -> list[str]:
+    """Return the warning that gamma of some faults (f,) is few steps of a horizon, and what to do."""
+    unit = "" if model.unit == "none" else model.unit
+    least = _LEAST_GAMMA * horizon.step
+    small = {model.faults[f].name: float(g) for f, g in zip(faults, gammas, strict=True) if g < least}
+    if not small:
+        return []
+    named = ", ".join(f"{name} ({amount(gamma, unit)})" for name, gamma in small.items())
+    finest = amount(min(small.values()) / _LEAST_GAMMA, unit)
+    mend = f"give it a step of {finest} or less" if len(horizon.picks) else "give a finer grid"
+    return [
+        f"gamma is less than {_LEAST_GAMMA:g} steps of {horizon.name}, {amount(least, unit)}, at {named}: "
+        "the zone is a node or two wide; what is smeared further out stays in the throw. "
+        "To do: nothing, where the horizon is sharp beside the fault; else set gamma to at least "
+        f"{amount(least, unit)}, or {mend}."
+    ]
+
+
 def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
     """Return a horizon triangulated with its cut graph, cut open, with its unknowns marked."""
     faults = np.unique(graph.faults)
@@ -111,12 +130,7 @@ def prepared(model: Model, horizon: Horizon, graph: CutGraph) -> CutHorizon:
     mesh = _freed(mesh, ints(cut.origin[held]), horizon, graph, near)
     anchors = []
     warnings = [part.warning([f.name for f in model.faults], model.unit) for part in thin]
-    warnings += [
-        f"gamma of {model.faults[f].name} is {gamma:.4g}, less than {_LEAST_GAMMA:g} steps of "
-        f"{horizon.step:.4g}: the zone is a node or two wide; what is smeared further out stays in the throw."
-        for f, gamma in zip(faults, gammas, strict=True)
-        if gamma < _LEAST_GAMMA * horizon.step
-    ]
+    warnings += _few_steps(model, horizon, faults, gammas)
     for label in range(int(labels.max(initial=-1)) + 1):
         mine = labels == label
         names = tuple(model.faults[f].name for f in np.unique(graph.faults[_touching(cut, mine)]))

@@ -197,7 +197,7 @@ def test_interrupt_leaves_nothing(demo: Path, tmp_path: Path) -> None:
 
 
 NOTHING_KEPT = b"graben: interrupted before anything was finished that --resume could go on from"
-NOTHING_KEPT += b": start it again without.\n"
+NOTHING_KEPT += b": start again without --resume.\n"
 
 
 def interrupt(words: list[str], output: Path, code: str) -> tuple[int, str]:

@@ -27,6 +27,7 @@ def test_dip_and_strike_of_a_plane(strike: float, dip: float, shift: float) -> N
     info = surface_info(Surface("F", corners, [[0, 1, 2], [0, 3, 2]]))
     assert np.isclose(info.mean_dip, dip, atol=1e-4) and np.isclose(info.least_dip, dip, atol=1e-4)
     assert min(abs(info.strike - strike), 180 - abs(info.strike - strike)) < 1e-3
+    assert np.isclose(info.dip_direction, strike + 90.0, atol=1e-3)
     assert (info.loops, info.components, info.unfit) == (1, 1, 0)
 
 

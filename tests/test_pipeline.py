@@ -273,7 +273,7 @@ def test_a_fault_that_cuts_nothing_is_named() -> None:
     assert result.passed
     said = {f.objects: f.message for f in result.after.of("trace")}
     assert "below" in said[("F2",)]
-    assert "beside them in plan" in said[("F3",)]
+    assert "beside H in plan" in said[("F3",)]
     assert ("F1",) not in said
 
 

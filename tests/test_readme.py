@@ -72,7 +72,7 @@ def test_the_script_runs(folder: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert "passed: True" in done.stdout
-    assert (folder / "result.vtm").exists()
+    assert (folder / "scene.vtm").exists()
 
 
 def test_the_model_file_is_valid() -> None:

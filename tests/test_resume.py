@@ -225,9 +225,9 @@ def test_whatever_matters_must_be_the_same(
     four: Path, killed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     require_resumable(killed, manifest(four, "extended", True))
-    with pytest.raises(OutputError, match=r"profile has changed \(from extended to paper\)"):
+    with pytest.raises(OutputError, match=r"The option --profile has changed \(from extended to paper\)"):
         require_resumable(killed, manifest(four, "paper", True))
-    with pytest.raises(OutputError, match="repair has changed"):
+    with pytest.raises(OutputError, match="The option --no-repair was added since"):
         require_resumable(killed, manifest(four, "extended", False))
     monkeypatch.setattr(resuming, "version", lambda name: "9.9")
     with pytest.raises(OutputError, match="version graben has changed"):

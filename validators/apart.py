@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from graben.arrays import FloatArray, floats
@@ -11,6 +13,7 @@ from graben.surface import Surface, triangle_areas, triangle_dips
 from graben.validators.context import CheckContext, Defect, Severity
 from graben.validators.finite import usable
 from graben.validators.measuring.measures import amount, remembered
+from graben.words import listed
 
 #: A trace is drawn well over so many steps at least.
 _STEPS_ALONG = 8.0
@@ -18,52 +21,96 @@ _STEPS_ALONG = 8.0
 _USUAL_GAMMA = 4.0
 #: A triangulated surface that dips more than this on the whole, degrees, and cannot be cut, is a fault.
 _FAULT_DIP = 45.0
-_SIGN = (
-    "Check the sign of z (the key z, or what the file states) and the unit of the horizon and of the faults; "
-    "where it is meant so, leave it out of this model."
-)
-_PLAN = (
-    "Check that the horizon and the faults have the same coordinate system and unit, and that x and y are "
-    "not interchanged."
-)
+#: Least and greatest coordinates, (3,) each.
+Box = tuple[FloatArray, FloatArray]
 
 
 def far_horizons(context: CheckContext) -> list[Defect]:
-    """Return a warning for each horizon further from all faults than the larger of both is wide or high.
+    """Return a warning for each horizon that lies so that no fault can cut it, likely by mistake.
 
-    Horizons above or below their faults are common, and are not far.
+    That is one further from all faults than the larger of both is wide or high, and one a step or more above
+    or below all faults that it overlaps in plan, where another horizon lies among them.
     """
-    boxes = [_box(f.surface) for f in context.sound_faults if len(f.surface.vertices)]
+    boxes = {f.name: _box(f.surface) for f in context.sound_faults if len(f.surface.vertices)}
     if not boxes:
         return []
-    low, high = np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)
+    horizons = [h for h in context.horizons if len(h.surface.vertices)]
+    gaps = {h.name: _gap(h, boxes) for h in horizons}
+    some_among = any(faults and gap == 0.0 for gap, faults in gaps.values())
     found = []
-    for horizon in (h for h in context.horizons if len(h.surface.vertices)):
-        own_low, own_high = _box(horizon.surface)
-        gap = np.maximum(np.maximum(own_low - high, low - own_high), 0.0)
-        size = np.maximum(own_high - own_low, high - low)
-        beside, reach = float(np.hypot(gap[0], gap[1])), float(np.hypot(size[0], size[1]))
-        if beside > reach:
-            where = f"{amount(beside, context.unit)} beside all faults in plan"
-            found.append(_far(horizon, where, _PLAN, beside, context.unit))
-        elif gap[2] > size[2]:
-            side = "above" if own_low[2] > high[2] else "below"
-            where = f"{amount(float(gap[2]), context.unit)} {side} all faults"
-            found.append(_far(horizon, where, _SIGN, float(gap[2]), context.unit))
+    for horizon in horizons:
+        far = _far(horizon, boxes, context.unit)
+        gap, faults = gaps[horizon.name]
+        if far is not None:
+            found.append(far)
+        elif some_among and abs(gap) > horizon.step:
+            where = f"{amount(abs(gap), context.unit)} {_side(gap)} all faults of its area"
+            found.append(
+                _apart(horizon, f"{where}, and none cuts it", _signs(horizon, faults), abs(gap), context.unit)
+            )
     return found
 
 
+def _gap(horizon: Horizon, boxes: Mapping[str, Box]) -> tuple[float, list[str]]:
+    """Return by how much a horizon lies above all faults that it overlaps in plan, and these.
+
+    Negative below them; 0 where it lies among them or overlaps none.
+    """
+    low, high = _box(horizon.surface)
+    over = [n for n, (a, b) in boxes.items() if (a[:2] <= high[:2]).all() and (b[:2] >= low[:2]).all()]
+    if not over:
+        return 0.0, over
+    above = low[2] - max(boxes[n][1][2] for n in over)
+    below = min(boxes[n][0][2] for n in over) - high[2]
+    return float(max(above, 0.0) - max(below, 0.0)), over
+
+
+def _side(gap: float) -> str:
+    return "above" if gap > 0 else "below"
+
+
+def _far(horizon: Horizon, boxes: Mapping[str, Box], unit: str) -> Defect | None:
+    """Return the warning that a horizon is further from all faults than it or they are wide or high."""
+    low, high = np.min([b[0] for b in boxes.values()], axis=0), np.max([b[1] for b in boxes.values()], axis=0)
+    own_low, own_high = _box(horizon.surface)
+    gap = np.maximum(np.maximum(own_low - high, low - own_high), 0.0)
+    size = np.maximum(own_high - own_low, high - low)
+    beside, reach = float(np.hypot(gap[0], gap[1])), float(np.hypot(size[0], size[1]))
+    if beside > reach:
+        where = f"{amount(beside, unit)} beside all faults in plan, further than it or they are wide"
+        return _apart(horizon, where, _plan(horizon, list(boxes)), beside, unit)
+    if gap[2] > size[2]:
+        side = _side(own_low[2] - high[2])
+        where = f"{amount(float(gap[2]), unit)} {side} all faults, further than it or they are high"
+        return _apart(horizon, where, _signs(horizon, list(boxes)), float(gap[2]), unit)
+    return None
+
+
+def _signs(horizon: Horizon, faults: Sequence[str]) -> str:
+    return (
+        f"Check the sign of z (the key z, or what the file states) and the unit of {horizon.name} and of "
+        f"{listed(faults)}; where it is meant so, {horizon.name} stays as it is."
+    )
+
+
+def _plan(horizon: Horizon, faults: Sequence[str]) -> str:
+    return (
+        f"Check that {horizon.name} and {listed(faults)} have the same coordinate system and unit, and that "
+        "x and y are not interchanged."
+    )
+
+
 @remembered
-def _box(surface: Surface) -> tuple[FloatArray, FloatArray]:
+def _box(surface: Surface) -> Box:
     points = surface.vertices[usable(surface.vertices).all(axis=1)]
     return floats(points.min(axis=0)), floats(points.max(axis=0))
 
 
-def _far(horizon: Horizon, where: str, remedy: str, value: float, unit: str) -> Defect:
+def _apart(horizon: Horizon, where: str, remedy: str, value: float, unit: str) -> Defect:
     place = horizon.surface.vertices.mean(axis=0)
     return Defect(
         (horizon.name,),
-        f"{horizon.name} lies {where}, further than it or they are {'wide' if 'plan' in where else 'high'}.",
+        f"{horizon.name} lies {where}.",
         remedy,
         value=value,
         unit=unit,

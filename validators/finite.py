@@ -86,7 +86,8 @@ def _picks(horizon: Horizon) -> Defect | None:
     return Defect(
         (horizon.name,),
         f"{plural(len(wrong), 'point')} of {horizon.name} {verb} a coordinate that is no place (not a "
-        f"number, infinite, or a mark for undefined).{told}",
+        "number, infinite, or a mark for undefined); in their places below it is the mean of the others."
+        f"{told}",
         "Remove these points from the horizon's file.",
         count=len(wrong),
         value=float(len(wrong)),

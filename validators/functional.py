@@ -13,7 +13,7 @@ from graben.surface import Surface
 from graben.validators.context import Check, CheckContext, Defect, Scope, Severity, Tolerance
 from graben.validators.measuring.crossings import Crossings, crossings, overlap_parts
 from graben.validators.measuring.measures import amount, areas_of, centroids, part_at, percent
-from graben.validators.measuring.picks import STEEPEST, cliffs
+from graben.validators.measuring.picks import STEEPEST, Cliff, cliffs
 from graben.validators.measuring.plan import Projection, covers_once, narrowest_overlap, projected
 from graben.words import plural
 
@@ -37,20 +37,43 @@ def _points(context: CheckContext, horizon: Horizon, steepest: float) -> Defect 
     concerned, worst = cliffs(context.model, horizon, context.sound_faults, steepest)
     if worst is None:
         return None
-    length = f" {context.unit}" if context.unit else ""
+    run, unit = amount(worst.run, context.unit), context.unit
+    if worst.stray is not None:
+        return _stray(horizon, worst, worst.stray, unit)
     return Defect(
         (horizon.name,),
         f"{horizon.name} is not a function of x and y: {len(concerned)} of its points stand above or below "
-        f"others, by {amount(worst.rise, context.unit)} within {worst.run:.2g}{length} in plan, where "
-        f"its step is {amount(horizon.step, context.unit)}.",
+        f"others, by {amount(worst.rise, unit)} within {run} in plan, where its step is "
+        f"{amount(horizon.step, unit)}.",
         "Keep one limb of the fold at each place, or take the horizon out of the model.",
         count=len(concerned),
         value=worst.rise,
-        unit=context.unit,
+        unit=unit,
         place=horizon.picks[worst.points[0]],
         elements=concerned,
         element=Element.PICK,
         places=floats(horizon.picks[concerned], -1, 3),
+        severity=Severity.FAIL,
+        blocks=True,
+    )
+
+
+def _stray(horizon: Horizon, worst: Cliff, stray: int, unit: str) -> Defect:
+    """Return that one input point alone keeps a horizon from being a function of x and y."""
+    place = horizon.picks[stray]
+    side = "above" if stray == worst.points[0] else "below"
+    return Defect(
+        (horizon.name,),
+        f"{horizon.name} is not a function of x and y at one stray pick: it lies {amount(worst.rise, unit)} "
+        f"{side} another that is {amount(worst.run, unit)} away in plan, and all others agree.",
+        "Correct that pick, or delete it from the file.",
+        count=1,
+        value=worst.rise,
+        unit=unit,
+        place=place,
+        elements=ints([stray]),
+        element=Element.PICK,
+        places=floats(place, 1, 3),
         severity=Severity.FAIL,
         blocks=True,
     )

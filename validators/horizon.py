@@ -97,7 +97,7 @@ CHECK = Check(
     "horizon",
     "3.2",
     "The horizon is defined around its traces and not nearly parallel to a fault.",
-    "The horizon is rebuilt from what lies within and around gamma of a trace: where that is missing, on the "
+    "Throws come from the horizon just beyond gamma of a trace, on its side: where that is missing, on the "
     "wrong side or runs along the fault, the throw is a guess.",
     _run,
     need=Need.GRAPH,

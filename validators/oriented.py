@@ -8,7 +8,7 @@ from graben.arrays import floats, ints
 from graben.finding import Element
 from graben.surface import Surface, chained
 from graben.validators.context import Check, CheckContext, Defect
-from graben.validators.measuring.measures import Mesh, mesh_of
+from graben.validators.measuring.measures import Mesh, amount, mesh_of
 from graben.validators.measuring.plan import orientation
 from graben.words import plural
 
@@ -31,7 +31,7 @@ def _surface(surface: Surface, unit: str) -> Defect | None:
     places = ends.mean(axis=1)
     return Defect(
         (surface.name,),
-        _message(surface.name, mesh, len(bad)),
+        _message(surface.name, mesh, len(bad), amount(float(lengths.max()), unit)),
         "Turn the triangles so that all normals point to one side; cut it where there is no such way.",
         count=len(bad),
         value=float(lengths.max()),
@@ -44,8 +44,11 @@ def _surface(surface: Surface, unit: str) -> Defect | None:
     )
 
 
-def _message(name: str, mesh: Mesh, edges: int) -> str:
-    """Return how many triangles face the other way than most of their piece, where there is a way to tell."""
+def _message(name: str, mesh: Mesh, edges: int, longest: str) -> str:
+    """Return how many triangles face the other way than most of their piece, where there is a way to tell.
+
+    ``edges`` are those between triangles that disagree, ``longest`` is the length of the longest in words.
+    """
     signs, part = orientation(mesh)
     fewer = np.minimum(np.bincount(part, signs > 0), np.bincount(part, signs < 0))
     turned = int(fewer.sum())
@@ -54,7 +57,7 @@ def _message(name: str, mesh: Mesh, edges: int) -> str:
     verb = "faces" if turned == 1 else "face"
     return (
         f"{plural(turned, 'triangle')} of {name} {verb} the other way than the rest, along "
-        f"{plural(edges, 'edge')}."
+        f"{plural(edges, 'edge')} ({'the longest ' if edges > 1 else ''}{longest} long)."
     )
 
 

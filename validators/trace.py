@@ -13,9 +13,9 @@ from graben.cutgraph import CutGraph, NodeKind
 from graben.finding import Element, Part
 from graben.model import Fault, Horizon
 from graben.proximity import nearest
-from graben.surface import Surface
 from graben.validators.apart import far_horizons, fault_like, too_coarse, too_wide
 from graben.validators.context import Check, CheckContext, Defect, Need, Scope, Severity
+from graben.validators.idle import idle_faults, missed_by
 from graben.validators.measuring.measures import amount
 from graben.validators.measuring.reach import reach_of
 from graben.validators.measuring.trace_measures import (
@@ -26,6 +26,7 @@ from graben.validators.measuring.trace_measures import (
     outline,
     pieces_of,
 )
+from graben.validators.stated import assumed_sign, other_units
 from graben.words import plural
 
 #: How far off a fault's rim a place of the fault lies where the fault goes on, in steps.
@@ -34,7 +35,6 @@ _OFF_RIM = 0.5
 _AT_TRACE = 2.0
 #: What a part is called where a fault ends too early up or down dip.
 TOO_SHORT = "fault too short"
-_NONE_CUTS = " No fault of the model cuts any: every horizon stays as it is."
 #: A fault is too short along so many steps of its trace at least: what planes say of less is uncertain.
 _SHORT_ALONG = 1.0
 
@@ -46,30 +46,28 @@ def _run(context: CheckContext) -> list[Defect]:
         for h in context.horizons
         if _untraced(context, h)
     ]
-    found += far_horizons(context)
-    traced = context.traced()
-    if traced and len(traced) == len(context.model.horizons):
-        cutting = np.unique(np.concatenate([_met(graph) for _, graph in traced]))
-        idle = [
-            f.surface
-            for k, f in enumerate(context.model.faults)
-            if k not in cutting and not any(_short(context, h, g, f) for h, g in traced)
-        ]
-        alone = len(idle) == len(context.model.faults)
-        found += [_idle(surface, [h.surface for h, _ in traced], context.unit, alone) for surface in idle]
-    for horizon, graph in traced:
+    found += [*other_units(context), *assumed_sign(context), *far_horizons(context)]
+    missed = {h.name: missed_by(context, h, graph) for h, graph in context.traced()}
+    faults = context.model.faults
+    found += idle_faults(
+        context,
+        lambda h, graph, f: faults.index(f) in missed[h.name] or _short(context, h, graph, f) is not None,
+    )
+    for horizon, graph in context.traced():
         ends = np.isin(graph.kinds, (NodeKind.EXIT, NodeKind.LOOSE)).any()
         parts = outline(horizon.surface) if ends else []
-        for k, fault in enumerate(context.model.faults):
+        for k, fault in enumerate(faults):
             objects = (horizon.name, fault.name)
             said = [_loose(context, horizon, graph, k, parts)]
             said += [too_coarse(context, horizon, graph, k), too_wide(context, horizon, graph, k)]
             said += [judge(graph, k, objects, context.unit) for judge in (_pieces, _dropped)]
             said += [_short(context, horizon, graph, fault), _too_short(context, horizon, graph, k)]
-            defects = [d for d in said if d is not None]
-            if defects:
-                found.append(_together(defects))
-    return found
+            said += [missed[horizon.name].get(k)]
+            found += [d for d in said if d is not None]
+    return [
+        _together([d for d in found if d.objects == names])
+        for names in dict.fromkeys(d.objects for d in found)
+    ]
 
 
 def _short(context: CheckContext, horizon: Horizon, graph: CutGraph, fault: Fault) -> Defect | None:
@@ -161,7 +159,7 @@ def _too_short(context: CheckContext, horizon: Horizon, graph: CutGraph, number:
 
 
 def _together(defects: list[Defect]) -> Defect:
-    """Return one defect of several of a trace: the gravest, first, gives it its place."""
+    """Return one defect of several of the same objects: the gravest, first, gives it its place."""
     return replace(
         defects[0],
         message=" ".join(d.message for d in defects),
@@ -169,48 +167,6 @@ def _together(defects: list[Defect]) -> Defect:
         paths=tuple(path for d in defects for path in d.paths),
         parts=tuple(part for d in defects for part in d.parts),
     )
-
-
-def _met(graph: CutGraph) -> IntArray:
-    """Return the faults that meet a horizon, those of dropped pieces with them."""
-    return np.concatenate([graph.faults, np.array([d.fault for d in graph.dropped], dtype=np.int64)])
-
-
-def _idle(fault: Surface, horizons: list[Surface], unit: str, alone: bool) -> Defect:
-    """Return the warning that a fault cuts nothing, and why; ``alone`` where no other cuts either."""
-    points = np.concatenate([h.vertices for h in horizons])
-    low, high = fault.vertices.min(axis=0), fault.vertices.max(axis=0)
-    apart = np.maximum(np.maximum(points.min(axis=0) - high, low - points.max(axis=0)), 0.0)
-    beside = float(np.hypot(apart[0], apart[1]))
-    value, place = float(np.linalg.norm(apart)), fault.vertices.mean(axis=0)
-    if beside > 0:
-        why = f"it lies {amount(beside, unit)} beside them in plan"
-    elif apart[2] > 0:
-        where = "above" if low[2] > points[:, 2].max() else "below"
-        why = f"it lies {amount(float(apart[2]), unit)} {where} them"
-    else:
-        value, place = min((_between(fault, horizon) for horizon in horizons), key=lambda near: near[0])
-        why = f"it ends {amount(value, unit)} before it reaches one"
-    return Defect(
-        (fault.name,),
-        f"{fault.name} cuts no horizon: {why}." + (_NONE_CUTS if alone else ""),
-        "Check the sign of z, the unit and the coordinate system of both, or leave the fault out.",
-        value=value,
-        unit=unit,
-        place=floats(place),
-        places=floats(place, 1, 3),
-        severity=Severity.WARN,
-    )
-
-
-def _between(fault: Surface, horizon: Surface) -> tuple[float, FloatArray]:
-    """Return the least distance of a vertex of one from the other, and its place on the fault."""
-    down = nearest(fault.vertices, horizon.vertices, horizon.triangles)
-    across = nearest(horizon.vertices, fault.vertices, fault.triangles)
-    a, b = int(np.argmin(down.distance)), int(np.argmin(across.distance))
-    if down.distance[a] <= across.distance[b]:
-        return float(down.distance[a]), fault.vertices[a]
-    return float(across.distance[b]), across.place[b]
 
 
 def _untraced(context: CheckContext, horizon: Horizon) -> bool:
@@ -337,8 +293,8 @@ CHECK = Check(
     need=Need.GRAPH,
     long=True,
     leniency=(
-        "several pieces only warn under extended; pieces left out, and faults that cut nothing or end too "
-        "early, always warn"
+        "several pieces only warn under extended; pieces left out, faults that cut nothing or end too early, "
+        "horizons beyond all faults, and a unit or sign of z that does not fit always warn"
     ),
     scope=Scope.HORIZON,
     blocks_when="an end inside the horizon that lies nowhere, or no cut graph at all",

@@ -98,6 +98,30 @@ def read_table(
     return floats(table), ints(numbers)
 
 
+def header_units(path: Path) -> list[str]:
+    """Return the units that the header of a table states with its columns X, Y and Z, as they stand there.
+
+    They follow a name in brackets or behind a ``_``, as in "TVDSS (ft)"; bare columns state none.
+    """
+    with path.open("rb") as stream:
+        lines = (line.decode("utf-8-sig", "replace") for line in stream)
+        first = next((line for line in lines if line.strip() and not _is_comment(line)), "")
+    separator = next((mark for mark in ";," if mark in first), None)
+    words = [word.strip().strip('"').lower() for word in first.split(separator)]
+    found = [(_plain(word), _UNIT.search(word)) for word in words]
+    return [unit[0].strip("()[]_ ") for name, unit in found if unit and _axis_of(name)]
+
+
+def _plain(word: str) -> str:
+    """Return the name of a column without its unit, letters and digits alone."""
+    return "".join(c for c in _UNIT.sub("", word) if c.isalnum())
+
+
+def _axis_of(plain: str) -> str:
+    """Return the axis that a plain name of a column stands for; empty for none."""
+    return next((axis for axis in _AXES if plain == axis or plain in ALIASES[axis]), "")
+
+
 def _reject_decimal_commas(line: str, number: int, path: Path) -> None:
     """Raise InputError where a line of bare columns has decimal commas, which would part columns."""
     words = line.split()
@@ -138,7 +162,7 @@ def _place_of(name: str, names: list[str], header: list[str], number: int, path:
         raise InputError(f"{path}, line {number}: the column {name.upper()} is there twice; rename one.")
     if name in names:
         return names.index(name)
-    plain = ["".join(c for c in _UNIT.sub("", word) if c.isalnum()) for word in names]
+    plain = [_plain(word) for word in names]
     alike = [k for k, word in enumerate(plain) if word == name or word in ALIASES.get(name, ())]
     if len(alike) > 1:
         both = " and ".join(shortened(header[k].strip()) for k in alike[:2])

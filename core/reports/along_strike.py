@@ -8,6 +8,7 @@ import matplotlib
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
+from graben.arrays import FloatArray
 from graben.modeling.strike import Strike
 from graben.reports.shapes import compass
 from graben.reports.style import CYCLE, DASHES, Frame, plain_numbers
@@ -54,7 +55,19 @@ def strike_axis(axes: Axes, fault: Surface, frame: Frame) -> None:
     axes.xaxis.set_major_formatter(plain_numbers())
     axes.yaxis.set_major_formatter(plain_numbers())
     axes.xaxis.set_major_locator(MaxNLocator(7, steps=[1, 2, 2.5, 5, 10]))
+    end_words(axes, way)
+
+
+def end_words(axes: Axes, way: FloatArray, size: float = 8.0) -> None:
+    """Write above the ends of an axis where they lie; ``way`` (2,) is its direction in plan."""
     for x, end, side in ((0.0, -way, "left"), (1.0, way, "right")):
         axes.text(
-            x, 1.005, compass(end), transform=axes.transAxes, weight="bold", ha=side, va="bottom", fontsize=8
+            x,
+            1.005,
+            compass(end),
+            transform=axes.transAxes,
+            weight="bold",
+            ha=side,
+            va="bottom",
+            fontsize=size,
         )

@@ -124,8 +124,8 @@ def _pair(scenery: Scenery, finding: Finding, marks: Marks, shapes: list[Shape])
 
     names = " and ".join(s.surface.name for s in shapes)
     level = scenery.frame.place(marks.at, scenery.step).rsplit(", ", 1)[1]
-    green = ", horizons green" if scenery.horizons else ""
-    said = f"Left: {names} in plan; thick: where they stand at {level}. Right: section along the dots{green}."
+    thin = "; thin and olive: horizons" if scenery.horizons else ""
+    said = f"Left: {names} in plan; thick: where they stand at {level}. Right: section along the dots{thin}."
     return composed([([in_plan, cross], 1.0)]), said
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from graben.finding import Element, Finding, Status
 from graben.reports.check_view3d import view_space
-from graben.reports.check_words import seen
+from graben.reports.check_words import measured_words, seen
 from graben.reports.marks import LETTERS, reach_of
 from graben.reports.scenery import Scenery
 from graben.reports.style import rounded
@@ -132,7 +132,8 @@ def _worst(scenery: Scenery, finding: Finding) -> str:
     """Return the worst value of a finding and its place, or its first place, in words; else nothing."""
     w = finding.worst
     if w is not None:
-        return f"{sized(w.value, w.unit)} at {scenery.frame.place((w.x, w.y, w.z), scenery.step)}"
+        value = f"{measured_words(finding)}{sized(w.value, w.unit)}"
+        return f"{value} at {scenery.frame.place((w.x, w.y, w.z), scenery.step)}"
     return f"at {scenery.frame.place(finding.places[0], scenery.step)}" if len(finding.places) else ""
 
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 #: So many parts of a finding are listed.
 _MOST_PARTS = 20
+_SAID = (Status.FAIL, Status.WARN)
 _STYLES = {Status.FAIL: "bold red", Status.WARN: "yellow", Status.PASS: "green", Status.SKIPPED: "dim"}
 
 
@@ -55,6 +56,9 @@ def check_table(
     head = folded(verdict(result), width=width)
     head += folded(f"Model {seen(examination.model.name)}, profile {result.profile}.", width=width)
     tail = folded(seen(counted(result)), width=width)
+    mended = dict.fromkeys(f.check for f in result.findings if f.repairable and f.status in _SAID)
+    if mended:
+        tail += folded(f"graben repair may mend: {', '.join(mended)}.", width=width)
     if verbose:
         spent = examination.seconds if seconds is None else seconds
         tail.append(f"{spent:.1f} s, largest memory {examination.peak_memory_mb:.0f} MiB.")
@@ -90,14 +94,15 @@ class _Lines:
     def of(self, findings: Sequence[Finding], most: int | None) -> list[str]:
         """Return a block for each check that has something to say, with at most so many of its findings."""
         lines: list[str] = []
-        for status in (*_STYLES,) if self._verbose else (Status.FAIL, Status.WARN):
+        for status in (*_STYLES,) if self._verbose else _SAID:
             said = [f for f in findings if f.status is status]
             for check in dict.fromkeys(f.check for f in said):
                 lines += self._block(status, check, [f for f in said if f.check == check], most)
         return lines
 
     def _block(self, status: Status, check: str, findings: list[Finding], most: int | None) -> list[str]:
-        head = f"{status:<7} {check}, {plural(len(findings), 'finding')}"
+        found = status in _SAID
+        head = f"{status:<7} {check}" + (f", {plural(len(findings), 'finding')}" if found else "")
         if most == 0 and status is Status.WARN:
             return self._named(head, status, findings)
         shown = findings if most is None else findings[: max(most, 1)]

@@ -88,10 +88,11 @@ class Teller:
         return f"x {x_text}, y {y_text}, {frame.z_name} {z_text}"
 
     def worst(self, finding: Finding) -> str:
-        """Return the worst value of a finding and its place, as in "3.5 m at x 1.0, y 2.0, depth 3.0"."""
+        """Return the worst value of a finding and its place: "gap, 3.5 m at x 1.0, y 2.0, depth 3.0"."""
         w = finding.worst
         if w is not None:
-            return f"{rounded(w.value)} {w.unit}".rstrip() + f" at {self.place((w.x, w.y, w.z))}"
+            value = f"{rounded(w.value)} {w.unit}".rstrip()
+            return f"{measured_words(finding)}{value} at {self.place((w.x, w.y, w.z))}"
         return f"at {self.place(finding.places[0].tolist())}" if len(finding.places) else ""
 
     def part(self, part: Part) -> str:
@@ -99,6 +100,14 @@ class Teller:
         size = "" if part.value is None else f", {rounded(part.value)} {part.unit}".rstrip()
         objects = f" of {', '.join(part.objects)}" if part.objects else ""
         return f"{part.kind}{objects} ({part.count}){size}, at {self.place(part.place)}"
+
+
+def measured_words(finding: Finding) -> str:
+    """Return what the worst value of a finding is the size of, with a comma; empty where no part has it."""
+    w = finding.worst
+    kinds = (p.kind for p in finding.parts if w is not None and (p.value, p.unit) == (w.value, w.unit))
+    kind = next(kinds, "")
+    return f"{kind}, " if kind else ""
 
 
 def worst_words(finding: Finding, model: Model) -> str:

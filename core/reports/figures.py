@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from graben.arrays import FloatArray
+from graben.arrays import FloatArray, floats
 from graben.modeling.results import HorizonResult
-from graben.reports.along_strike import title
+from graben.reports.along_strike import end_words, title
 from graben.reports.style import (
     FAULT,
     FOOT,
@@ -24,6 +24,8 @@ from graben.reports.style import (
 #: Profiles beyond these are left out, and the figure says how many.
 _MOST_PANELS = 12
 _COLUMNS = 3
+#: Points of the words at the ends of a panel, and of the room for them below its title.
+_END_SIZE, _TITLE_PAD = 7.0, 13.0
 
 
 @styled
@@ -54,7 +56,10 @@ def throw_figure(result: HorizonResult, frame: Frame, truth: Sequence[FloatArray
         handles = [throw, heave]
         if len(truth) > k:
             handles += axes.plot(cutoff.s, truth[k], color=FAULT, lw=1.2, ls=":", label="true throw")
-        axes.set_title(_piece(result, k), fontsize=9)
+        axes.set_title(_piece(result, k), fontsize=9, pad=_TITLE_PAD)
+        way = (cutoff.hanging + cutoff.foot)[-1, :2] - (cutoff.hanging + cutoff.foot)[0, :2]
+        if way.any():
+            end_words(axes, floats(way / np.linalg.norm(way)), _END_SIZE)
         axes.xaxis.set_major_formatter(plain_numbers())
         axes.xaxis.set_major_locator(MaxNLocator(5))
         axes.yaxis.set_major_formatter(plain_numbers())

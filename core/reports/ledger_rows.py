@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from graben.cleaning.ledger import Left, left_over
 from graben.finding import Status
 from graben.reports.check_parts import MOST_ROWS, counts, known_checks, sized, told
 from graben.reports.check_words import statuses
@@ -14,7 +15,7 @@ from graben.reports.style import Frame
 from graben.words import plural
 
 if TYPE_CHECKING:
-    from graben.cleaning.ledger import Left, RepairAction
+    from graben.cleaning.ledger import RepairAction
     from graben.finding import CheckResult, Finding
 
 
@@ -44,6 +45,18 @@ def ledger(
         ],
         "left_more": _more(len(left), "entry").replace("entrys", "entries"),
     }
+
+
+def unseen(left: Sequence[Left], after: CheckResult) -> tuple[Left, ...]:
+    """Return the warnings after a repair that it did not look at, as notes of what is left."""
+    known = {(note.check, note.objects) for note in left}
+    why = "It only warns, and no repair looked at it."
+    notes = (
+        Left(f.check, f.objects, "", None, why, "")
+        for f in after.findings
+        if f.status is Status.WARN and (f.check, f.objects) not in known
+    )
+    return left_over(after, notes, {})[len(left_over(after, (), {})) :]
 
 
 def _more(count: int, noun: str) -> str:

@@ -21,6 +21,8 @@ from graben.words import plural
 
 #: Cubic metres from which on volumes are told in cubic kilometres.
 _LARGE = 1e8
+#: Share of the volume by which sums of many pyramids differ from rounding alone.
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +125,7 @@ def blocks_words(made: BlocksMade, model: Model) -> str:
     which = "which every fault reaches" if made.shared else "the full range of the model"
     which += "" if made.shared or not model.faults else ", whose faults share no depths"
     unit = f" {frame.unit}" if frame.unit else ""
-    missed = f"to {made.sum_error:.0e} of it" if made.sum_error > 0 else "to the last digit"
+    missed = f"but for {made.sum_error:.0e} of it" if made.sum_error > _ROUNDING else "but for rounding"
     said = (
         f"{plural(len(made.blocks), 'fault block')} between {frame.z_name} {high} and {low}{unit} ({which}); "
     )
@@ -160,4 +162,6 @@ def _or_none(names: Sequence[str]) -> str:
 def _volume(value: float, frame: Frame) -> str:
     if frame.unit == "m" and value >= _LARGE:
         return f"{rounded(value * 1e-9)} km³"
+    if value >= _LARGE:
+        return f"{rounded(value * 1e-6)} million {frame.unit}³" if frame.unit else f"{value:.3g}"
     return f"{rounded(value)} {frame.unit}³" if frame.unit else rounded(value)

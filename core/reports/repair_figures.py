@@ -153,7 +153,10 @@ def _figure(sheet: _Sheet) -> tuple[Figure, str]:
     moved = change.largest_move > sheet.still
     scale = (_MOVES, Normalize(0.0, change.largest_move)) if moved else None
     said = f"Seen towards {compass(-face.towards[:2])}, square to its mean plane"
-    said += "; colours: how far each triangle moved." if moved else "; no vertex moved."
+    given = "the surface that was given."
+    said += (
+        f"; colours: how far each triangle lies from {given}" if moved else f"; no vertex lies off {given}"
+    )
 
     def panel(window: Window, legend: bool) -> Panel:
         return lambda axes, extent: _face(axes, sheet, paper(window, extent), extent, legend)

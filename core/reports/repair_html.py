@@ -14,14 +14,14 @@ from graben.reports.check_parts import MOST_ROWS, told
 from graben.reports.check_view3d import view_space
 from graben.reports.check_words import verdict as check_verdict
 from graben.reports.fault_rows import fault_row, origin
-from graben.reports.ledger_rows import checks_both, ledger
+from graben.reports.ledger_rows import checks_both, ledger, unseen
 from graben.reports.page import Picture, rendered
 from graben.reports.plain import named
 from graben.reports.repair_blocks import BlocksMade, blocks_rows
 from graben.reports.repair_figures import fault_picture
 from graben.reports.repair_moves import FaultChange, fault_changes
 from graben.reports.repair_scene import repair_scene
-from graben.reports.repair_words import left_sentence, repair_verdict
+from graben.reports.repair_words import repair_verdict, warnings_words
 from graben.reports.scenery import Scenery
 from graben.reports.style import Frame, rounded
 from graben.words import plural
@@ -73,6 +73,7 @@ class _Page:
 
     def __init__(self, result: RepairResult, changes: Sequence[FaultChange]) -> None:
         self.result = result
+        self.left = (*result.left, *unseen(result.left, result.after))
         self.frame = Frame.of(result.input)
         self.step = result.input.size / 100.0 or 1.0
         seconds, memory = result.seconds, result.peak_memory_mb
@@ -85,8 +86,8 @@ class _Page:
     def text(self, files: bool, blocks: BlocksMade | None) -> str:
         """Return the page."""
         result = self.result
-        rows = ledger(result.actions, result.left, result.after, self.frame, self.step)
-        for row, note in zip(rows["left"], result.left, strict=False):
+        rows = ledger(result.actions, self.left, result.after, self.frame, self.step)
+        for row, note in zip(rows["left"], self.left, strict=False):
             place = None if note.place is None else np.array(note.place)
             row.update(self._spot(place, _AROUND * self.step))
         values: dict[str, Any] = {
@@ -113,7 +114,7 @@ class _Page:
         found = {(f.check, f.objects): f for f in result.after.findings}
         numbered = {
             row["number"]: found[note.check, note.objects]
-            for row, note in zip(rows["left"], result.left, strict=False)
+            for row, note in zip(rows["left"], self.left, strict=False)
             if (note.check, note.objects) in found
         }
         before = [c.given for c in self.changed if c.given is not None]
@@ -130,12 +131,13 @@ class _Page:
 
     def _left_sentence(self) -> str:
         failing = sum(f.status is Status.FAIL for f in self.result.after.findings)
-        listed = left_sentence(self.result)
+        warned = warnings_words(self.result)
+        end = f" {warned}." if warned else ""
         if failing:
             verb = "keeps" if failing == 1 else "keep"
             said = f"{plural(failing, 'finding')} {verb} the model from passing"
-            return f"{said}. Repair does not guess: here a person decides. {listed}"
-        return f"The model passes. {listed}"
+            return f"{said}. Repair does not guess: here a person decides.{end}"
+        return f"The model passes.{end}"
 
     def _more(self, count: int, shown: int) -> str:
         if count <= shown:

@@ -66,10 +66,10 @@ def repair_verdict(result: RepairResult) -> str:
     return f"NOT PASSED: {still}.{look}"
 
 
-def left_sentence(result: RepairResult | RunResult) -> str:
+def left_sentence(result: RunResult) -> str:
     """Return what stands over the list of what repair left: which of all that warns is in it."""
     warned = warnings_words(result)
-    listed = "Listed is what repair looked at, with the reason why it was left; graben check lists all."
+    listed = "Listed is what repair looked at, with the reason why it was left; To look at lists all."
     return f"{warned}. {listed}" if warned else listed
 
 
@@ -81,7 +81,9 @@ def warnings_words(result: RepairResult | RunResult) -> str:
     seen_to = {(left.check, left.objects) for left in result.left}
     count = sum(key in seen_to for key in warning)
     one = len(warning) == 1
-    said = f"{plural(len(warning), 'warning')} {'remains' if one else 'remain'}"
+    checks = [check for check, _ in warning]
+    which = counts(checks) if len(set(checks)) > 1 else checks[0]
+    said = f"{plural(len(warning), 'warning')} {'remains' if one else 'remain'} ({which})"
     if not count:
         return said
     if count == len(warning):

@@ -13,6 +13,7 @@ from graben.finding import Finding, Status
 from graben.modeling.quality import ThrowDoubt
 from graben.modeling.results import HorizonResult, Subdomain, TerminationType
 from graben.reports.check_parts import MOST_ROWS, sized, told
+from graben.reports.check_words import measured_words
 from graben.reports.marks import COLOURS
 from graben.reports.plain import unsaid
 from graben.reports.scene import Space
@@ -105,7 +106,7 @@ def _finding(finding: Finding) -> Note:
     if finding.worst is not None:
         w = finding.worst
         place = floats([w.x, w.y, w.z])
-        detail = f"worst {sized(w.value, w.unit)}"
+        detail = f"worst: {measured_words(finding)}{sized(w.value, w.unit)}"
     elif len(finding.places):
         place = finding.places[0]
     names = finding.objects if unsaid(finding.objects, finding.message) else ()
@@ -119,9 +120,20 @@ def _warned(horizon: HorizonResult) -> Iterator[Note]:
     for words in horizon.warnings:
         doubt = known.get(words)
         if doubt is None:
-            yield Note(Status.WARN, horizon.name, horizon.name, words)
+            said, remedy = parted(words)
+            yield Note(Status.WARN, horizon.name, horizon.name, said, remedy)
         else:
             yield _doubt(doubt)
+
+
+def parted(warning: str) -> tuple[str, str]:
+    """Return what a warning of a horizon sees, and what it says is to be done, empty where it does not.
+
+    >>> parted("The zone is narrow. To do: raise gamma.")
+    ('The zone is narrow.', 'Raise gamma.')
+    """
+    words, _, remedy = warning.partition(" To do: ")
+    return words, remedy[:1].upper() + remedy[1:]
 
 
 def _doubt(doubt: ThrowDoubt) -> Note:

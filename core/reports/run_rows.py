@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-from graben.finding import CheckResult, Status
+from graben.finding import CheckResult
 from graben.modeling.results import HorizonResult, Subdomain, TerminationType
 from graben.modeling.throws import FaultThrow
 from graben.reports.along_strike import fitted_name
-from graben.reports.check_parts import MOST_ROWS, told
+from graben.reports.check_parts import MOST_ROWS, counts, told
 from graben.reports.curve import curve
 from graben.reports.json_report import Files
 from graben.reports.model_files import ModelFiles
@@ -66,7 +66,7 @@ def key_figures(
         noun = "subdomain" if len(subdomains) == 1 else "subdomains"
         note = f"{noun}, in at most {plural(most_steps, 'iteration')}"
         rows.append(("Converged", f"{good} of {len(subdomains)}", note))
-    rows.append(("Checks", *_check_words(result.after, result.before)))
+    rows.append(("Findings of the checks", *_check_words(result.after, result.before)))
     rows.append(("Repairs", str(len(result.repairs)), _repair_words(result, changed, frame)))
     scored = [h.score for h in result.horizons if h.score is not None]
     if scored:
@@ -97,14 +97,9 @@ def _largest(result: RunResult, throws: Sequence[FaultThrow], frame: Frame) -> t
 
 
 def _check_words(after: CheckResult, before: CheckResult) -> tuple[str, str]:
-    counts, earlier = after.counts(), before.counts()
-    value = "all pass"
-    open_ = [f"{counts[s]} {s}" for s in (Status.FAIL, Status.WARN) if counts.get(s)]
-    if open_:
-        value = ", ".join(open_)
-    same = all(counts.get(s, 0) == earlier.get(s, 0) for s in (Status.FAIL, Status.WARN))
-    was = ", ".join(f"{earlier.get(s, 0)} {s}" for s in (Status.FAIL, Status.WARN))
-    return value, "as in the input" if same else f"in the input {was}"
+    """Return how many findings fail and warn, and how many did in the input."""
+    value, was = (counts(result.findings) or "none" for result in (after, before))
+    return value, "as in the input" if value == was else f"in the input {was}"
 
 
 def _repair_words(result: RunResult, changed: Sequence[FaultChange], frame: Frame) -> str:
@@ -112,10 +107,14 @@ def _repair_words(result: RunResult, changed: Sequence[FaultChange], frame: Fram
     if not result.repairs:
         return "nothing was changed"
     words = []
-    for what, key in (("moved", "largest_move"), ("extended", "extended"), ("cut back", "cut_back")):
+    for what, key in (
+        ("moved by up to {}", "largest_move"),
+        ("up to {} beyond their rims", "extended"),
+        ("cut back by up to {}", "cut_back"),
+    ):
         far = max((getattr(c, key) for c in changed), default=0.0)
         if far > _NOISE * result.model.size:
-            words.append(f"{what} by up to {frame.length(far)}")
+            words.append(what.format(frame.length(far)))
     count = plural(len(changed), "fault")
     return f"{count}: {', '.join(words)}" if words else f"{count} changed"
 

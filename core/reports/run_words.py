@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from graben.finding import Status
 from graben.reports.check_words import seen
-from graben.reports.plain import LINE, about, counts, fitted, folded, more
+from graben.reports.plain import LINE, about, counts, fitted, folded, more, named, unsaid
+from graben.reports.run_notes import parted
 from graben.reports.run_rows import sizes
 from graben.reports.style import Frame, rounded
 from graben.reports.summary import horizon_line, open_parts, verdict
@@ -92,13 +93,19 @@ def _counted(result: RunResult) -> Iterator[str]:
 
 
 def _todo(result: RunResult) -> Iterator[str]:
-    """Yield what to do: where a horizon is open, then what fails, then what warns."""
+    """Yield what to do: where a horizon is open, then what fails, what warns, and what notes say."""
     for h in result.horizons:
         yield from (about([h.name], s.termination.advice) for s in open_parts(h) if s.termination.advice)
     for status in (Status.FAIL, Status.WARN):
-        yield from (
-            f"{f.check}: {f.remedy}" for f in result.after.findings if f.status is status and f.remedy
-        )
+        alike: dict[tuple[str, str], list[str]] = {}
+        for f in result.after.findings:
+            if f.status is status and f.remedy:
+                alike.setdefault((f.check, f.remedy), []).extend(f.objects)
+        for (check, remedy), names in alike.items():
+            missing = unsaid(dict.fromkeys(names), remedy)
+            yield f"{check}, {named(missing)}: {remedy}" if missing else f"{check}: {remedy}"
+    for h in result.horizons:
+        yield from (about([h.name], remedy) for _, remedy in map(parted, h.warnings) if remedy)
 
 
 def _everything(result: RunResult) -> Iterator[str]:

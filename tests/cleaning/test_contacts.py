@@ -157,3 +157,15 @@ def test_other_faults_keep_their_surfaces() -> None:
     model = faults(splay(30), G)
     result = repair(replace(model, faults=(*model.faults, third)), "paper")
     assert result.model.faults[2].surface is third.surface
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
+def test_a_fault_that_is_only_divided_is_told_its_own_move(case) -> None:
+    """The ledger gives each fault how far its own vertices went, not the largest move of the change."""
+    result = mended(case)
+    given = {f.name: f.surface for f in case.model.faults}
+    for fault in result.model.faults:
+        own = [a for a in result.actions if fault.name in a.objects]
+        if len(own) == 1 and own[0].objects == (fault.name,) and "divided anew" in own[0].reason:
+            away = float(distances(fault.surface, [given[fault.name]]).max())
+            assert own[0].max_move == pytest.approx(away, abs=1e-9)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -93,3 +95,13 @@ def test_the_gamma_that_would_hold_a_part_leaves_three_nodes_beyond_it() -> None
     away = shapely.distance(shapely.points(mine[:, :2]), lines)
     assert (away >= loose.gamma - 1e-9).sum() >= 3
     assert (away > loose.gamma + 1e-9).sum() < 3
+
+
+def test_a_gamma_of_few_steps_is_told_once_with_what_to_do() -> None:
+    model = cut(field(), pipe(4.0))
+    (fault,) = model.faults
+    few = replace(model, faults=(replace(fault, gamma=1.5 * STEP),))
+    (said,) = [w for w in prepared(few, few.horizons[0], graph_of(few)).warnings if "less than 2 steps" in w]
+    assert f"at F ({1.5 * STEP:g}" in said and "To do: nothing, where the horizon" in said
+    assert f"else set gamma to at least {2 * STEP:g}" in said and said.endswith("or give a finer grid.")
+    assert not [w for w in prepared(model, model.horizons[0], graph_of(model)).warnings if "steps of" in w]

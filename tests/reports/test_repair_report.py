@@ -257,7 +257,8 @@ def test_many_faults_keep_the_page_small(monkeypatch):
 
 def test_verdicts_in_words():
     assert repair_verdict(repaired(passed=True)) == (
-        "PASSED after repair: 4 changes on 4 of 5 faults. 1 warning remains, which repair looked at and left."
+        "PASSED after repair: 4 changes on 4 of 5 faults. "
+        "1 warning remains (near-miss), which repair looked at and left."
     )
     vain = repaired()
     vain = replace(vain, model=vain.input, actions=(), after=vain.before)
@@ -271,17 +272,20 @@ def test_warnings_are_counted_as_the_report_lists_them():
     one = repaired(passed=True)
     others = [Finding("min-dip", Status.WARN, (f"F{k}",)) for k in range(34)]
     many = replace(one, after=findings(*others, *one.after.of("near-miss")))
-    said = "35 warnings remain, 1 of which repair looked at and left"
+    said = "35 warnings remain (min-dip 34, near-miss 1), 1 of which repair looked at and left"
     assert repair_verdict(many).endswith(f". {said}.")
     shown = words(repair_html(many))
-    assert f"The model passes. {said}. Listed is what repair looked at" in shown
+    assert f"The model passes. {said}." in shown
+    assert shown.count("It only warns, and no repair looked at it.") == 34
     assert "34 warnings" in shown and "1 warning" in shown  # check by check
     unseen = replace(many, left=())
-    assert repair_verdict(unseen).endswith(". 35 warnings remain.")
+    assert repair_verdict(unseen).endswith(". 35 warnings remain (min-dip 34, near-miss 1).")
     # two entries about one finding are one finding
     twice = replace(many, left=one.left * 2)
     assert repair_verdict(twice) == repair_verdict(many)
-    assert repair_verdict(repaired()).endswith(" 1 warning remains, which repair looked at and left.")
+    assert repair_verdict(repaired()).endswith(
+        " 1 warning remains (near-miss), which repair looked at and left."
+    )
 
 
 def test_what_is_left_names_a_fault_once():

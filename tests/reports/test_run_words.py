@@ -129,3 +129,17 @@ def test_folded_lines_hold_every_word() -> None:
     lines = folded(text, "  ", 40)
     assert all(len(line) <= 40 for line in lines)
     assert "".join("".join(lines).split()) == "".join(text.split())
+
+
+def test_what_to_do_names_what_it_is_about() -> None:
+    advice = "Set gamma to about 4 steps."
+    found = [
+        Finding("horizon", Status.WARN, (name, "F1"), 1, None, "Smeared.", advice) for name in ("A", "B")
+    ]
+    found += [Finding("trace", Status.WARN, ("F1",), 1, None, "Short.", "Extend F1.")]
+    result = sample.run_result()
+    noted = replace(result.horizons[0], warnings=("gamma is few steps. To do: raise gamma.",))
+    text = run_summary(replace(result, after=CheckResult(Profile.EXTENDED, tuple(found)), horizons=(noted,)))
+    assert f"  - horizon, A, F1, B: {advice}\n" in text
+    assert "  - trace: Extend F1.\n" in text
+    assert text.endswith(f"  - {noted.name}: Raise gamma.")

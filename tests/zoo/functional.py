@@ -39,6 +39,15 @@ _STACKED = joined(
 )
 _FOLD = sheet(8, 2, lambda i, j: (100 * np.sin(i / 2), STEP * j, STEP * i))
 _ALONG = (-75.0, 0.0, 75.0)
+_STRAY = (20.0, -20.0, 900.0)
+
+
+def _strayed() -> Model:
+    """Points of a level horizon, one of them far above its neighbours."""
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(-300.0, 301, 20), np.arange(-300.0, 301, 20)))
+    points = np.stack([x, y, 0 * x], axis=1)
+    points[(points[:, :2] == _STRAY[:2]).all(axis=1)] = _STRAY
+    return faults(horizons=[level(points=points)])
 
 
 def _reverse() -> Model:
@@ -77,6 +86,7 @@ FAILING: tuple[Case, ...] = (
     _case("vertical limb", _limb(90), [(0, y, 400) for y in _ALONG]),
     _case("overturned limb", _limb(110), [(-127, y, 350) for y in _ALONG]),
     _case("limb of 88 degrees", _limb(88), [(14, y, 400) for y in _ALONG]),
+    _case("one stray pick", _strayed(), _STRAY),
 )
 
 

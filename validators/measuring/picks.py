@@ -19,6 +19,8 @@ STEEPEST = 85.0
 JUMP = 1.0
 #: The same in standard deviations of the horizon's noise, where that is more.
 NOISE_JUMP = 6.0
+#: So many others must agree that a point alone strays from them.
+OTHERS = 3
 #: Points are compared as far as their eighth neighbours lie, twice over: some thirty each.
 NEIGHBOURS = 8
 REACH = 2.0
@@ -35,12 +37,14 @@ PLACES_BETWEEN = 9
 class Cliff:
     """Two points of a horizon, the higher first, that no function at its step joins.
 
-    ``rise`` in elevation and ``run`` in plan, model units; ``points`` are their indices.
+    ``rise`` in elevation and ``run`` in plan, model units; ``points`` are their indices. ``stray`` is the
+    index of a point that all such pairs of the horizon share, None where there is none.
     """
 
     points: tuple[int, int]
     rise: float
     run: float
+    stray: int | None
 
 
 def cliffs(
@@ -75,7 +79,10 @@ def cliffs(
     pairs, rise, run, excess = (array[free] for array in (pairs, rise, run, excess))
     k = int(np.argmax(excess))
     low, high = sorted((int(p) for p in pairs[k]), key=lambda p: float(horizon.picks[p, 2]))
-    return ints(np.unique(pairs)), Cliff((high, low), float(rise[k]), float(run[k]))
+    concerned, shares = np.unique(pairs, return_counts=True)
+    shared = concerned[(shares == len(pairs)) & (shares >= OTHERS)]
+    stray = int(shared[0]) if len(shared) else None
+    return ints(concerned), Cliff((high, low), float(rise[k]), float(run[k]), stray)
 
 
 def _close_pairs(picks: FloatArray, step: float) -> IntArray:

@@ -20,6 +20,9 @@ from graben.validators.measuring.flanks import Windows, flanks_of, nodes_of, pla
 
 #: The trend of each side is that of its nodes up to this many gammas from the trace.
 _FAR = 2.0
+#: A window, twice as long as its spacing and a gamma wide, holds about so many nodes at least: twice those
+#: that a plane takes, since their weights fall to its ends.
+_NODES = 12.0
 #: Least slope of the fault against the side of the horizon, as a tangent, at which their cutoff is told.
 _CLEAR = 0.1
 #: Share of the elevation between the two sides that a fault must reach beyond them: as sure as planes tell.
@@ -88,14 +91,14 @@ def reach_of(
     """
     fault, gamma = faults[number], gammas[number]
     flanks = flanks_of(nodes_of(horizon.surface), graph, number, gammas, _FAR * gamma, horizon.step)
-    windows = Windows.over(flanks, max(gamma, horizon.step))
+    windows = Windows.over(flanks, max(gamma, horizon.step, _NODES * horizon.step**2 / (2.0 * gamma)))
     lips = [planes(flanks, windows, side, gamma, _FAR * gamma) for side in (-1, 1)]
     at = floats(np.concatenate([line[:-1] / 2 + line[1:] / 2 for line in flanks.lines]))
     size = [np.diff(ways(line)) for line in flanks.lines]
     along = floats(
         np.concatenate([b + np.cumsum(s) - s / 2 for b, s in zip(flanks.pieces[:, 0], size, strict=True)])
     )
-    dip = _dips(at, fault)
+    dip = dips_at(at, fault)
     level = np.hypot(dip[:, 0], dip[:, 1])
     onward = dip[:, :2] / np.where(level > 0, level, 1.0)[:, None]
     fall = -dip[:, 2] / np.where(level > 0, level, np.inf)
@@ -119,20 +122,20 @@ def reach_of(
     for k, other in enumerate(faults):
         if k != number:
             for rim, missing in ((above, up), (below, down)):
-                missing[_touching(rim, other, contact)] = -np.inf
+                missing[touching(rim, other, contact)] = -np.inf
     return Reach(
         floats(at), floats(length), floats(dip), floats(above), floats(below), floats(up), floats(down), sure
     )
 
 
-def _touching(places: FloatArray, fault: Surface, contact: float) -> IntArray:
+def touching(places: FloatArray, fault: Surface, contact: float) -> IntArray:
     """Return which places (n, 3) lie within ``contact`` of a fault."""
     low, high = fault.vertices.min(axis=0) - contact, fault.vertices.max(axis=0) + contact
     close = np.flatnonzero(((places >= low) & (places <= high)).all(axis=1))
     return close[nearest(places[close], fault.vertices, fault.triangles).distance <= contact]
 
 
-def _dips(places: FloatArray, fault: Surface) -> FloatArray:
+def dips_at(places: FloatArray, fault: Surface) -> FloatArray:
     """Return the unit vectors down dip of a fault at places on it, (n, 3); 0 where it is level."""
     near = nearest(places, fault.vertices, fault.triangles).simplex
     n = triangle_normals(fault.vertices, fault.triangles)[near]
