@@ -59,7 +59,7 @@ def coarse(folder: Path) -> Model:
 def test_drogon_lies_on_its_points(tmp_path: Path) -> None:
     """The faults are repaired under coarse horizons: at each of its steps the gate looks at all four."""
     mended = repair(coarse(tmp_path))
-    assert [action.action for action in mended.actions] == ["pieces"]
+    assert [(a.action, a.objects[-1]) for a in mended.actions] == [("pieces", "F6 (2)"), ("margin", "F2")]
     fine = read_model(DATA / "drogon" / "model.toml")
     assert {fine.gamma(fault, horizon) for fault in fine.faults for horizon in fine.horizons} == {GAMMA}
     result = build(replace(fine, faults=mended.model.faults), mend=False)

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from graben.arrays import floats
 from graben.finding import Finding, Profile, Status
 from graben.model import Horizon, Model
 from graben.pipeline import check
 from graben.stages import examined
-from graben.validators.measuring.misses import misses
+from graben.validators.measuring.misses import _clipped, misses
 from graben.validators.measuring.reach import reach_of
 from tests.zoo.networks import cut, field, flat, plane
 from tests.zoo.shapes import STEP
@@ -91,3 +92,13 @@ def test_how_far_a_fault_should_reach_is_told_all_along_it_where_steps_are_coars
     graph = examined(model, Profile.EXTENDED, lambda stage, what: None)[1].graphs["H"]
     reach = reach_of(horizon, [f.surface for f in model.faults], graph, 0, {0: 1.6 * STEP}, 1e-6)
     assert reach.length.sum() == pytest.approx(np.hypot(16.0, 2.7) * STEP, rel=0.05)
+
+
+def test_a_rim_of_any_length_is_looked_at_where_the_horizon_is():
+    low, high = floats([0.0, 0.0, -10.0]), floats([100.0, 50.0, 10.0])
+    a = floats([[-1e12, 25.0, 0.0], [50.0, 10.0, 3.0], [50.0, 60.0, 0.0], [0.0, 0.0, -20.0]])
+    b = floats([[1e12, 25.0, 0.0], [60.0, 20.0, 3.0], [70.0, 60.0, 0.0], [40.0, 40.0, 20.0]])
+    start, end = _clipped(a, b, low, high)
+    # through the box, inside it, beside it, in and out through its bottom and its top
+    assert start == pytest.approx(floats([[0.0, 25.0, 0.0], [50.0, 10.0, 3.0], [10.0, 10.0, -10.0]]), abs=1e-3)
+    assert end == pytest.approx(floats([[100.0, 25.0, 0.0], [60.0, 20.0, 3.0], [30.0, 30.0, 10.0]]), abs=1e-3)

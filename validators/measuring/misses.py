@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graben.arrays import BoolArray, FloatArray, IntArray, floats
+from graben.arrays import BoolArray, FloatArray, floats
 from graben.model import Horizon
 from graben.proximity import nearest
 from graben.surface import Surface
@@ -60,15 +60,14 @@ def misses(
     contact : float
         Distance at which two surfaces touch, model units.
     """
-    samples = [_rim_places(faults[k], _PIECE * horizon.step) for k in numbers]
+    box = _box(horizon)
+    samples = [_rim_places(faults[k], _PIECE * horizon.step, box) for k in numbers]
     if not samples:
         return {}
     owner = np.repeat(numbers, [len(places) for places, _ in samples])
     places, length = (np.concatenate(parts) for parts in zip(*samples, strict=True))
-    some = _in_box(places, horizon)
-    heights = np.full(len(places), np.inf)
-    heights[some] = above(floats(places[some]), horizon.surface)
-    some = some[np.abs(heights[some]) < horizon.step]
+    heights = above(floats(places), horizon.surface)
+    some = np.flatnonzero(np.abs(heights) < horizon.step)
     some = some[_well_within(floats(places[some]), horizon)]
     found = {}
     for k in np.unique(owner[some]).tolist():
@@ -79,15 +78,18 @@ def misses(
     return found
 
 
-def _rim_places(surface: Surface, spacing: float) -> tuple[FloatArray, FloatArray]:
+def _rim_places(
+    surface: Surface, spacing: float, box: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
     """Return the middles of pieces of a rim up and down dip, (n, 3), and their plan lengths.
 
-    No piece is longer than ``spacing``.
+    No piece is longer than ``spacing``; what lies outside of a ``box``, its low and high corner (3,) each, is
+    left out, so that a long edge makes no more pieces than the box has room for.
     """
     a, b = (surface.vertices[surface.rim[:, k]] for k in (0, 1))
     down = np.abs(((b - a) * dips_at(floats((a + b) / 2.0), surface)).sum(axis=1))
     ending = down < _ALONG_DIP * np.linalg.norm(b - a, axis=1)
-    a, b = a[ending], b[ending]
+    a, b = _clipped(a[ending], b[ending], *box)
     counts = np.maximum(np.ceil(np.linalg.norm(b - a, axis=1) / spacing), 1.0).astype(np.int64)
     edge = np.repeat(np.arange(len(counts)), counts)
     nth = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -96,11 +98,30 @@ def _rim_places(surface: Surface, spacing: float) -> tuple[FloatArray, FloatArra
     return floats(a[edge] + share * (b - a)[edge], -1, 3), floats(plan[edge])
 
 
-def _in_box(places: FloatArray, horizon: Horizon) -> IntArray:
-    """Return which places lie in the box of a horizon, or less than a step above or below it."""
+def _box(horizon: Horizon) -> tuple[FloatArray, FloatArray]:
+    """Return the low and the high corner of the box of a horizon, a step higher and lower than it."""
     margin = np.array([0.0, 0.0, horizon.step])
-    low, high = horizon.surface.vertices.min(axis=0) - margin, horizon.surface.vertices.max(axis=0) + margin
-    return np.flatnonzero(((places >= low) & (places <= high)).all(axis=1))
+    vertices = horizon.surface.vertices
+    return floats(vertices.min(axis=0) - margin), floats(vertices.max(axis=0) + margin)
+
+
+def _clipped(
+    a: FloatArray, b: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the parts of edges from ``a`` to ``b``, (n, 3) each, that lie in a box; (k, 3) each."""
+    way = b - a
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.stack([(low - a) / way, (high - a) / way])
+    inside = ((a >= low) & (a <= high))[None]
+    # Along an axis on which an edge does not change it is inside all along, or nowhere.
+    level = np.where(
+        inside, np.array([-np.inf, np.inf])[:, None, None], np.array([np.inf, -np.inf])[:, None, None]
+    )
+    first, last = np.where(way == 0.0, level, np.sort(shares, axis=0))
+    start, end = np.maximum(first.max(axis=1), 0.0), np.minimum(last.min(axis=1), 1.0)
+    kept = start < end
+    at, way = a[kept], way[kept]
+    return floats(at + start[kept, None] * way), floats(at + end[kept, None] * way)
 
 
 def _well_within(places: FloatArray, horizon: Horizon) -> BoolArray:
