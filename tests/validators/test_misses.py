@@ -100,5 +100,7 @@ def test_a_rim_of_any_length_is_looked_at_where_the_horizon_is():
     b = floats([[1e12, 25.0, 0.0], [60.0, 20.0, 3.0], [70.0, 60.0, 0.0], [40.0, 40.0, 20.0]])
     start, end = _clipped(a, b, low, high)
     # through the box, inside it, beside it, in and out through its bottom and its top
-    assert start == pytest.approx(floats([[0.0, 25.0, 0.0], [50.0, 10.0, 3.0], [10.0, 10.0, -10.0]]), abs=1e-3)
+    assert start == pytest.approx(
+        floats([[0.0, 25.0, 0.0], [50.0, 10.0, 3.0], [10.0, 10.0, -10.0]]), abs=1e-3
+    )
     assert end == pytest.approx(floats([[100.0, 25.0, 0.0], [60.0, 20.0, 3.0], [30.0, 30.0, 10.0]]), abs=1e-3)
