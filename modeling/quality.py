@@ -217,9 +217,8 @@ class _Asked:
         if found.near >= _LEAST_GAMMA * step:
             return f"lower gamma to about {self._length(found.near)}"
         if len(self.result.horizon.picks):
-            return (
-                f"set step = {found.near / _USUAL_GAMMA:.2g}, and with it gamma to {self._length(found.near)}"
-            )
+            finer = float(f"{found.near / _USUAL_GAMMA:.2g}")
+            return f"set step = {finer:.12g}, and with it gamma to {self._length(found.near)}"
         return "give a grid with a smaller step, and lower gamma"
 
     def _doubt(self, kind: Doubt, line: Along, row: int, value: float, said: str) -> ThrowDoubt:
