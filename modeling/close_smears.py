@@ -29,21 +29,23 @@ from graben.modeling.distance import distances
 from graben.proximity import PlanIndex, nearest
 from graben.validators.measuring.flanks import Flanks, Windows, flanks_of, hat, nodes_of, picks_of
 from graben.validators.measuring.measures import remembered
-from graben.validators.measuring.smear import spacing_of
+from graben.validators.measuring.smear import (
+    CLEARER,
+    DONE,
+    FINEST,
+    INSIDE,
+    LEAST,
+    LEAST_A_SIDE,
+    LEAST_SIGNAL,
+    STRIPS,
+    TRIED,
+    spacing_of,
+)
 
-#: Phi(1.645) = 0.95: at this many standard widths 95 % of a step is done.
-_DONE = 1.645
-#: Widths that are tried, in steps of the horizon or of its picks at least, and how many; half widths of the
-#: strip that is looked at, in these steps, and the share of it that the smear may take. As for a fault alone.
-_FINEST, _TRIED, _STRIPS, _INSIDE = 0.15, 24, (8.0, 16.0, 32.0, 64.0), 0.4
 #: Share of a width to which it is sought: the shape of a smear that is not Gaussian tells it no better.
 _CLOSE_ENOUGH = 0.01
-#: Points that a window needs, of them on either side, and more for each close fault, which has three terms.
-_LEAST, _LEAST_A_SIDE, _LEAST_A_FAULT = 30, 10, 10
-#: Jumps must leave this many times the squared residuals of the smeared steps: else nothing is known.
-_CLEARER = 1.5
-#: The step over the scatter about it, below which there is none to speak of.
-_LEAST_SIGNAL = 4.0
+#: Points that a window needs more for each close fault, which has three terms.
+_LEAST_A_FAULT = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,15 +166,15 @@ def _measured(
         return None
     points = picks_of(horizon) if len(horizon.picks) else nodes_of(horizon.surface)
     step = spacing_of(horizon)
-    for steps in _STRIPS:
+    for steps in STRIPS:
         reach = steps * step
         flanks = flanks_of(points, graph, fault, _seen(gammas, close, step), reach, step)
         seen = _fitted_to(flanks, graph, close, reach, step)
         if not seen:
             continue
-        tried = np.geomspace(_FINEST * step, _INSIDE * reach, _TRIED)
+        tried = np.geomspace(FINEST * step, INSIDE * reach, TRIED)
         width = _least(seen, tried)
-        if _DONE * width <= _INSIDE * reach:
+        if DONE * width <= INSIDE * reach:
             return _described(fault, seen, width, reach)
     return None
 
@@ -227,8 +229,8 @@ def _fitted_to(
         # The step of a fault further away is none here.
         near = distance[(np.abs(distance[:, used]) < reach).any(axis=1)]
         right = int(np.count_nonzero(flanks.across[used] > 0))
-        least = _LEAST + _LEAST_A_FAULT * (len(near) - 1)
-        if len(used) >= least and min(right, len(used) - right) >= _LEAST_A_SIDE:
+        least = LEAST + _LEAST_A_FAULT * (len(near) - 1)
+        if len(used) >= least and min(right, len(used) - right) >= LEAST_A_SIDE:
             along, root = (flanks.along[used] - centre) / half, np.sqrt(weight[used])
             z = flanks.points[used, 2]
             found.append(_Window(centre, half, along, near[:, used], z, root, reach))
@@ -270,7 +272,7 @@ def _described(fault: int, seen: list[_Window], width: float, reach: float) -> C
     left = _left(seen, width)
     scatter = float(np.sqrt(left / sum(w.root @ w.root for w in seen)))
     throw = 2.0 * float(np.sqrt((halves[:, 0] ** 2).mean()))
-    if throw <= _LEAST_SIGNAL * scatter or _left(seen, 0.0) < _CLEARER * left:
+    if throw <= LEAST_SIGNAL * scatter or _left(seen, 0.0) < CLEARER * left:
         return None
     windows = Windows(np.array([w.centre for w in seen]), np.array([w.half for w in seen]))
     return CloseSmear(fault, width, reach, windows, floats(halves))

@@ -25,20 +25,20 @@ from graben.validators.measuring.flanks import Flanks, Windows, flanks_of, hat, 
 from graben.validators.measuring.measures import remembered
 
 #: Phi(1.645) = 0.95: at this many standard widths 95 % of the step is done.
-_DONE = 1.645
+DONE = 1.645
 #: Widths w that are tried, in this many of these steps at least, and how many.
-_FINEST = 0.15
-_TRIED = 24
+FINEST = 0.15
+TRIED = 24
 #: Half widths of the strip that is looked at, in steps of the horizon or of its picks, and the share of it
 #: that the smear may take: beyond it both sides must be seen.
-_STRIPS = (8.0, 16.0, 32.0, 64.0)
-_INSIDE = 0.4
+STRIPS = (8.0, 16.0, 32.0, 64.0)
+INSIDE = 0.4
 #: Points that a window needs, and of them on either side.
-_LEAST, _LEAST_A_SIDE = 30, 10
+LEAST, LEAST_A_SIDE = 30, 10
 #: A jump must leave this many times the squared residuals of the smeared step: else nothing is known.
-_CLEARER = 1.5
+CLEARER = 1.5
 #: The step over the scatter about it, and over the horizon's step, below which there is none to speak of.
-_LEAST_SIGNAL, _LEAST_THROW = 4.0, 1e-3
+LEAST_SIGNAL, _LEAST_THROW = 4.0, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ class Smear:
     @property
     def standard(self) -> float:
         """Standard width w of the Gaussian, model units."""
-        return self.width / _DONE
+        return self.width / DONE
 
 
 def smear_width(horizon: Horizon, graph: CutGraph, fault: int, gammas: Mapping[int, float]) -> Smear | None:
@@ -101,7 +101,7 @@ def _measured(
 ) -> Smear | None:
     points = picks_of(horizon) if len(horizon.picks) else nodes_of(horizon.surface)
     step = spacing_of(horizon)
-    for steps in _STRIPS:
+    for steps in STRIPS:
         reach = steps * step
         flanks = flanks_of(points, graph, fault, dict(gammas), reach, step)
         windows = [_Window.of(flanks, k, r, reach) for k, r in Windows.over(flanks, reach / 2)]
@@ -109,7 +109,7 @@ def _measured(
         if not seen:
             continue
         width = _fitted(seen, step, reach)
-        if _DONE * width <= _INSIDE * reach:
+        if DONE * width <= INSIDE * reach:
             return _described(flanks, seen, width, _LEAST_THROW * step)
     return None
 
@@ -142,7 +142,7 @@ class _Window:
         weight = flanks.share * hat(flanks.along, centre, half) * hat(flanks.across, 0.0, reach)
         used = np.flatnonzero(weight > 0)
         right = int(np.count_nonzero(flanks.across[used] > 0))
-        if len(used) < _LEAST or min(right, len(used) - right) < _LEAST_A_SIDE:
+        if len(used) < LEAST or min(right, len(used) - right) < LEAST_A_SIDE:
             return None
         return _Window(
             centre,
@@ -196,10 +196,10 @@ def _left(windows: list[_Window], width: float) -> float:
 
 def _fitted(windows: list[_Window], step: float, reach: float) -> float:
     """Return the standard width that leaves the least residuals."""
-    tried = np.geomspace(_FINEST * step, _INSIDE * reach, _TRIED)
+    tried = np.geomspace(FINEST * step, INSIDE * reach, TRIED)
     left = np.sum([w.residuals(tried) for w in windows], axis=0)
     best = int(np.argmin(left))
-    bend = 0.0 if best in (0, _TRIED - 1) else left[best - 1] - 2.0 * left[best] + left[best + 1]
+    bend = 0.0 if best in (0, TRIED - 1) else left[best - 1] - 2.0 * left[best] + left[best + 1]
     if bend <= 0.0:
         return float(tried[best])
     # the least of the parabola through the best and its neighbours, in the logarithm of the width
@@ -213,10 +213,10 @@ def _described(flanks: Flanks, windows: list[_Window], width: float, least: floa
     throw = 2.0 * float(np.sqrt((halves**2).mean()))
     left = _left(windows, width)
     scatter = float(np.sqrt(left / sum(w.root @ w.root for w in windows)))
-    if throw <= max(least, _LEAST_SIGNAL * scatter) or _left(windows, 0.0) < _CLEARER * left:
+    if throw <= max(least, LEAST_SIGNAL * scatter) or _left(windows, 0.0) < CLEARER * left:
         return None
     centres = np.array([w.centre for w in windows])
     strongest = flanks.piece(float(centres[np.argmax(np.abs(halves))]))
     same = np.array([flanks.piece(c) == strongest for c in centres])
     middle = float(np.average(centres[same], weights=halves[same] ** 2))
-    return Smear(_DONE * width, throw, flanks.place(middle), flanks.lines)
+    return Smear(DONE * width, throw, flanks.place(middle), flanks.lines)
